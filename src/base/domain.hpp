@@ -1,0 +1,21 @@
+// The periodic directions of space.
+#pragma once
+#include "src/base/triple.hpp"
+
+namespace quern {
+
+// A direction with period 0 is open. Distances take the nearest image, so a period must exceed twice the reach of a pair.
+struct Domain {
+  double lower[3] = {0, 0, 0};   // [m]
+  double period[3] = {0, 0, 0};  // [m]
+
+  double inverse(int axis) const { return period[axis] > 0 ? 1.0 / period[axis] : 0.0; }
+  bool periodic() const { return period[0] > 0 || period[1] > 0 || period[2] > 0; }
+  // The shortest of the images of a difference of positions.
+  Triple<double> nearest(const Triple<double>& d) const {
+    return {d.x - period[0] * std::nearbyint(d.x * inverse(0)), d.y - period[1] * std::nearbyint(d.y * inverse(1)),
+            d.z - period[2] * std::nearbyint(d.z * inverse(2))};
+  }
+};
+
+}  // namespace quern

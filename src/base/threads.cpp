@@ -1,0 +1,54 @@
+#include "src/base/threads.hpp"
+
+namespace quern {
+namespace {
+
+// Steps are microseconds to milliseconds apart, so a short spin is usually enough; a longer wait sleeps.
+template <class Condition>
+void spin_until(Condition&& done) {
+  for (int spins = 0; !done(); ++spins)
+    if (spins > 20000) std::this_thread::yield();
+}
+
+}  // namespace
+
+ThreadTeam::ThreadTeam(int threads) {
+  for (int k = 1; k < threads; ++k) workers_.emplace_back([this] { serve(); });
+}
+
+ThreadTeam::~ThreadTeam() {
+  stop_.store(true);
+  round_.fetch_add(1, std::memory_order_release);
+  round_.notify_all();
+  for (std::thread& worker : workers_) worker.join();
+}
+
+void ThreadTeam::run_shared(int blocks, const std::function<void(int)>& work) {
+  work_ = &work;
+  blocks_ = blocks;
+  next_block_.store(0, std::memory_order_relaxed);
+  idle_.store(0, std::memory_order_relaxed);
+  round_.fetch_add(1, std::memory_order_release);
+  round_.notify_all();
+  take_blocks();
+  const int others = static_cast<int>(workers_.size());
+  spin_until([&] { return idle_.load(std::memory_order_acquire) == others; });
+}
+
+void ThreadTeam::take_blocks() {
+  for (int block; (block = next_block_.fetch_add(1, std::memory_order_relaxed)) < blocks_;) (*work_)(block);
+}
+
+void ThreadTeam::serve() {
+  std::uint32_t seen = 0;
+  for (;;) {
+    for (int spins = 0; round_.load(std::memory_order_acquire) == seen; ++spins)
+      if (spins > 20000) round_.wait(seen, std::memory_order_acquire);
+    seen = round_.load(std::memory_order_acquire);
+    if (stop_.load()) return;
+    take_blocks();
+    idle_.fetch_add(1, std::memory_order_release);
+  }
+}
+
+}  // namespace quern

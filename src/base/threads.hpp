@@ -1,0 +1,44 @@
+// A team of threads that stays alive between steps. Work is cut into blocks whose number does not depend on the team,
+// and each block writes only what is its own, so that results do not depend on the number of threads.
+#pragma once
+#include <atomic>
+#include <functional>
+#include <thread>
+#include <vector>
+
+namespace quern {
+
+class ThreadTeam {
+ public:
+  explicit ThreadTeam(int threads = 1);
+  ~ThreadTeam();
+  ThreadTeam(const ThreadTeam&) = delete;
+  ThreadTeam& operator=(const ThreadTeam&) = delete;
+
+  int size() const { return static_cast<int>(workers_.size()) + 1; }
+
+  // Calls work(block) once for each block in [0, blocks) and returns when all are done.
+  template <class Work>
+  void run(int blocks, Work&& work) {
+    if (workers_.empty() || blocks < 2) {
+      for (int block = 0; block < blocks; ++block) work(block);
+      return;
+    }
+    run_shared(blocks, [&work](int block) { work(block); });
+  }
+
+ private:
+  void run_shared(int blocks, const std::function<void(int)>& work);
+  void take_blocks();
+  void serve();
+
+  std::vector<std::thread> workers_;
+  const std::function<void(int)>* work_ = nullptr;
+  int blocks_ = 0;
+  std::atomic<int> next_block_{0};
+  std::atomic<int> idle_{0};
+  std::atomic<std::uint32_t> round_{0};
+  std::atomic<bool> stop_{false};
+};
+
+}  // namespace quern

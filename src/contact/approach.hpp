@@ -1,0 +1,85 @@
+// src/contact — neighbour search, contact points, contact laws (one header each), history and rolling.
+//
+// What a contact law sees and what it answers. T is double (one contact) or a SIMD pack (eight contacts at once).
+#pragma once
+#include "src/base/triple.hpp"
+
+namespace quern {
+
+// The kinematics of one contact between bodies i and j; the normal n points from j to i.
+template <class T>
+struct Approach {
+  T overlap;                      // δ ≥ 0 [m]
+  T normal_velocity;              // v_n = v_c·n [m/s]; negative while the bodies approach
+  Triple<T> tangential_velocity;  // v_t = v_c − v_n n [m/s]
+  T effective_radius;             // R* [m]
+  T effective_mass;               // m* [kg]
+  double time_step;               // [s]
+};
+
+// A spring in the contact plane (sliding) or about it (rolling), kept from step to step. `stretch` is stored half a step
+// ahead of the force it gave (see hold), `energy` is what it stored when it gave that force.
+template <class T>
+struct TangentialSpring {
+  Triple<T> stretch;  // ξ [m], or a rolling angle [rad]
+  T energy;           // [J]
+};
+
+template <class T>
+struct ContactForce {
+  T normal;              // ≥ 0, along n on body i [N]
+  Triple<T> tangential;  // on body i [N]
+  T normal_stiffness;    // tangent stiffness of the elastic part [N/m]
+  T stiffening;          // that stiffness one step earlier over its present value [-]
+  T elastic_energy;      // stored in the normal and the tangential spring [J]
+  T normal_loss;         // dissipated along the normal in this step [J]
+  T tangential_loss;     // dissipated by sliding and tangential damping in this step [J]
+};
+
+// Normal force from its elastic and its viscous part, never attractive: F_n = max(0, F_e − c v_n).
+template <class T>
+QUERN_INLINE void push(const Approach<T>& a, const T& elastic, const T& damping, ContactForce<T>& force) {
+  force.normal = greater(T(0.0), elastic - damping * a.normal_velocity);
+  force.normal_loss = (elastic - force.normal) * a.normal_velocity * T(a.time_step);
+}
+
+// δ one step earlier, from the approach velocity.
+template <class T>
+QUERN_INLINE T earlier_overlap(const Approach<T>& a) {
+  return greater(T(0.0), a.overlap + a.normal_velocity * T(a.time_step));
+}
+
+template <class T>
+struct HeldForce {
+  Triple<T> force;
+  T loss;
+};
+
+// A spring k with a dashpot c in one plane, limited in size (Cundall & Strack 1979): F = −(k ξ + c v), |F| ≤ limit.
+// `stiffening` = k(last step)/k(now): where k grows with the overlap the spring is shortened, so that stiffening alone
+// raises neither its force nor its energy (Elata & Berryman 1996); this is what keeps oblique impacts from gaining energy.
+//
+// The stretch advances by half a step with the velocity before and half with the velocity after each force: the
+// trapezoidal rule, which keeps velocity Verlet's second order.
+template <class T>
+QUERN_INLINE HeldForce<T> hold(const Triple<T>& velocity, double time_step, const T& stiffness, const T& stiffening, const T& damping,
+                               const T& limit, TangentialSpring<T>& spring) {
+  const T tiny(1e-300), dt(time_step);
+  const Triple<T> lead = T(0.5 * time_step) * velocity;
+  const Triple<T> stretch = lesser(T(1.0), stiffening) * spring.stretch + lead;
+  const Triple<T> trial = stiffness * stretch + damping * velocity;
+  const T size = length(trial);
+  const auto slides = size > limit;
+  const T scale = select(slides, limit / greater(size, tiny), T(1.0));
+  const Triple<T> force = (-scale) * trial;
+  // A sliding spring keeps just the stretch that carries the limit.
+  const T softness = T(1.0) / greater(stiffness, tiny);
+  const Triple<T> slipped = softness * (scale * trial - damping * velocity);
+  const Triple<T> kept = {select(slides, slipped.x, stretch.x), select(slides, slipped.y, stretch.y), select(slides, slipped.z, stretch.z)};
+  const T energy = T(0.5) * stiffness * dot(kept, kept);
+  const T loss = spring.energy - energy - dt * dot(force, velocity);
+  spring = {kept + lead, energy};
+  return {force, loss};
+}
+
+}  // namespace quern

@@ -1,0 +1,32 @@
+// Linear spring and dashpot (physics: Cundall & Strack 1979; S0 eqs. 1–3, S1, S2).
+//   F_n = k_n δ − c_n v_n, c_n = 2β√(m* k_n);  F_t = −(k_s ξ + c_s v_t), c_s = 2β√(m* k_s), |F_t| ≤ μ F_n.
+#pragma once
+#include "src/contact/approach.hpp"
+
+namespace quern {
+
+struct Linear {
+  static constexpr const char* name = "linear";
+  double normal_stiffness = 0;      // k_n [N/m]
+  double tangential_stiffness = 0;  // k_s [N/m]
+  double damping_ratio = 0;         // β [-]
+  double friction = 0;              // μ [-]
+
+  template <class T>
+  QUERN_INLINE ContactForce<T> operator()(const Approach<T>& a, TangentialSpring<T>& spring) const {
+    ContactForce<T> force{};
+    const T elastic = T(normal_stiffness) * a.overlap;
+    const T root_mass = square_root(a.effective_mass);
+    push(a, elastic, T(2 * damping_ratio * std::sqrt(normal_stiffness)) * root_mass, force);
+    const HeldForce<T> held = hold(a.tangential_velocity, a.time_step, T(tangential_stiffness), T(1.0),
+                                   T(2 * damping_ratio * std::sqrt(tangential_stiffness)) * root_mass, T(friction) * force.normal, spring);
+    force.tangential = held.force;
+    force.tangential_loss = held.loss;
+    force.normal_stiffness = T(normal_stiffness);
+    force.stiffening = T(1.0);
+    force.elastic_energy = T(0.5) * elastic * a.overlap + spring.energy;
+    return force;
+  }
+};
+
+}  // namespace quern

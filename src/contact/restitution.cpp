@@ -1,0 +1,86 @@
+#include "src/contact/restitution.hpp"
+#include <algorithm>
+#include <cmath>
+
+namespace quern {
+namespace {
+
+ContactForce<double> force_at(const ContactLaw& law, double overlap, double closing_speed, double radius, double mass) {
+  const Approach<double> approach{overlap, -closing_speed, {0, 0, 0}, radius, mass, 0.0};
+  return std::visit(
+      [&](const auto& chosen) {
+        TangentialSpring<double> spring{};
+        return chosen(approach, spring);
+      },
+      law);
+}
+
+// Greatest overlap of the undamped collision: U(δ) = ½ m v².
+double elastic_overlap(const ContactLaw& law, double radius, double mass, double speed) {
+  const double energy = 0.5 * mass * speed * speed;
+  double low = 0, high = radius;
+  while (force_at(law, high, 0, radius, mass).elastic_energy < energy) high *= 2;
+  for (int k = 0; k < 100; ++k) {
+    const double middle = 0.5 * (low + high);
+    (force_at(law, middle, 0, radius, mass).elastic_energy < energy ? low : high) = middle;
+  }
+  return high;
+}
+
+// Finds x in [low, high] where the falling function f crosses `wanted`.
+template <class Function>
+double solve_falling(Function f, double wanted, double low, double high) {
+  for (int k = 0; k < 60; ++k) {
+    const double middle = 0.5 * (low + high);
+    (f(middle) > wanted ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
+}  // namespace
+
+HeadOnCollision collide_head_on(const ContactLaw& law, double radius, double mass, double speed) {
+  const double dt = elastic_overlap(law, radius, mass, speed) / speed / 1000;
+  HeadOnCollision result{};
+  double overlap = 0, closing = speed;
+  const auto deceleration = [&](double d, double v) { return force_at(law, std::max(d, 0.0), v, radius, mass).normal / mass; };
+  for (int step = 0; step < 1000000; ++step) {
+    const double a1 = deceleration(overlap, closing);
+    const double v2 = closing - 0.5 * dt * a1, a2 = deceleration(overlap + 0.5 * dt * closing, v2);
+    const double v3 = closing - 0.5 * dt * a2, a3 = deceleration(overlap + 0.5 * dt * v2, v3);
+    const double v4 = closing - dt * a3, a4 = deceleration(overlap + dt * v3, v4);
+    overlap += dt / 6 * (closing + 2 * v2 + 2 * v3 + v4);
+    closing -= dt / 6 * (a1 + 2 * a2 + 2 * a3 + a4);
+    result.duration += dt;
+    result.peak_overlap = std::max(result.peak_overlap, overlap);
+    const double force = overlap > 0 ? force_at(law, overlap, closing, radius, mass).normal : 0.0;
+    result.peak_force = std::max(result.peak_force, force);
+    if (closing < 0 && force <= 0) break;
+  }
+  result.restitution = std::max(0.0, -closing / speed);
+  result.loss = 0.5 * mass * (speed * speed - closing * closing);
+  return result;
+}
+
+double linear_damping_ratio(double restitution) {
+  return restitution >= 1 ? 0.0
+                          : solve_falling([](double beta) { return collide_head_on(Linear{1, 1, beta, 0}, 1, 1, 1).restitution; },
+                                          restitution, 0, 20);
+}
+
+double hertz_damping_ratio(double restitution) {
+  return restitution >= 1 ? 0.0
+                          : solve_falling([](double beta) { return collide_head_on(HertzMindlin{0.75, 1, beta, 0}, 1, 1, 1).restitution; },
+                                          restitution, 0, 20);
+}
+
+double deresiewicz_damping_modulus(double young, double restitution, double radius, double mass, double speed) {
+  if (restitution >= 1) return 0;
+  const auto law = [&](double modulus) { return Deresiewicz{young, modulus, 1, 0}; };
+  // γ v R ~ F at the greatest overlap gives the scale.
+  const double overlap = elastic_overlap(law(0), radius, mass, speed);
+  const double scale = young * overlap / speed;
+  return scale * solve_falling([&](double g) { return collide_head_on(law(g * scale), radius, mass, speed).restitution; }, restitution, 0, 50);
+}
+
+}  // namespace quern

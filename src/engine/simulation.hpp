@@ -1,0 +1,60 @@
+// src/engine — the step, the time-step limit, the energy ledger, checkpoints. No file formats of results.
+#pragma once
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+#include "mills/frame.hpp"
+#include "src/base/domain.hpp"
+#include "src/base/threads.hpp"
+#include "src/contact/contacts.hpp"
+#include "src/engine/ledger.hpp"
+#include "src/material/material.hpp"
+#include "src/particle/particles.hpp"
+#include "src/wall/walls.hpp"
+
+namespace quern {
+
+struct Clock {
+  std::int64_t step = 0;
+  double time_step = 0;  // [s]
+  double time() const { return static_cast<double>(step) * time_step; }
+};
+
+struct Species {
+  std::string name;
+  std::uint8_t material = 0;
+};
+
+// All of a simulation's state, and the step. State is data: observers read it and never change it.
+struct Simulation {
+  std::vector<Material> materials;
+  std::vector<Species> species;
+  std::vector<PairLaw> pair_laws;         // by pair kind
+  std::vector<std::uint8_t> pair_kind;    // [a * materials + b] → kind, symmetric
+  Domain domain;
+  std::vector<Frame> frames;
+  std::vector<Wall> walls;
+  Vec3 gravity{0, 0, -9.81};              // [m/s²]
+  Particles particles;
+  Contacts contacts;
+  Clock clock;
+  Ledger ledger;
+  std::shared_ptr<ThreadTeam> team = std::make_shared<ThreadTeam>(1);
+  const Kernels* kernels = &best_kernels();
+
+  // Call once when everything above is in place (record_collisions: whether collisions are written down).
+  void start(bool record_collisions);
+  void step();
+
+  // Fills the stored part of the ledger (kinetic, potential) for this instant; step() keeps the rest.
+  void measure_energy();
+  // Collisions that ended in the last step, in a fixed order, and those still lasting now (flagged).
+  const std::vector<Collision>& ended_collisions() const { return contacts.ended; }
+  std::vector<Collision> lasting_collisions() const;
+
+ private:
+  StepContext context();
+};
+
+}  // namespace quern

@@ -1,0 +1,34 @@
+// src/particle — the particle arrays, species, size distributions, insertion and packing. No contact laws.
+#pragma once
+#include <vector>
+#include "src/base/triple.hpp"
+
+namespace quern {
+
+// Structure of arrays; each array has one 32-byte row per particle, so that eight rows load and transpose into SIMD packs.
+// Rows [0, owned) move; rows from `owned` on are ghosts: copies of particles that someone else moves.
+struct Particles {
+  std::vector<Quad> position;              // x [m], companion: radius [m]
+  std::vector<Quad> velocity;              // v [m/s], companion: mass [kg]. During the force evaluation: predicted (see engine/integrate.hpp)
+  std::vector<Quad> spin;                  // ω [rad/s], companion: moment of inertia [kg m²]
+  std::vector<Quad> acceleration;          // of the last force evaluation [m/s²]
+  std::vector<Quad> angular_acceleration;  // [rad/s²]
+  std::vector<Quad> force;                 // [N], summed during the step
+  std::vector<Quad> torque;                // [N m]
+  std::vector<std::uint8_t> material;      // index into the materials
+  std::vector<std::uint8_t> species;       // index into the species
+  std::vector<Index> id;                   // stable name: order of insertion
+  Index owned = 0;
+
+  Index size() const { return static_cast<Index>(position.size()); }
+  double radius(Index i) const { return position[static_cast<std::size_t>(i)].w; }
+  double mass(Index i) const { return velocity[static_cast<std::size_t>(i)].w; }
+
+  // Appends a solid sphere at rest and returns its row. [m], [kg/m³]
+  Index add_sphere(const Triple<double>& centre, double radius, double density, std::uint8_t material_index, std::uint8_t species_index);
+
+  // Row k becomes what row order[k] was.
+  void reorder(const std::vector<Index>& order);
+};
+
+}  // namespace quern
