@@ -1,0 +1,52 @@
+// What the observers of a run watch, and how. Plain numbers, filled from the case; nothing here depends on its format.
+#pragma once
+#include <optional>
+#include <vector>
+#include "src/base/vec.hpp"
+
+namespace quern {
+
+// The axis of a mill, about which torque and angles are taken.
+struct MillAxis {
+  Vec3 centre = Vec3::Zero();   // a point of the axis, halfway along the mill [m]
+  Vec3 axis = Vec3::UnitY();    // unit
+  double speed = 0;             // right-handed about the axis [rad/s]; its sign is the sense of rotation
+  double radius = 0;            // inside the shell, lifters not subtracted [m]
+  double length = 0;            // inside, or the period of a periodic mill [m]
+  double lifter_height = 0;     // [m]
+};
+
+// A straight line along which velocities are averaged: through `point`, along `direction`, in a tube of `half_width`.
+struct ProfileLine {
+  Vec3 point = Vec3::Zero();
+  Vec3 direction = Vec3::UnitZ();  // unit
+  double half_width = 0;           // [m]; 0: the mean radius of the particles
+  int bins = 40;
+};
+
+struct ObserverSettings {
+  // Averages begin at this time [s]; negative: where the power series is found to be steady (see block_average.hpp).
+  double start_time = -1;
+
+  std::optional<MillAxis> mill;       // without it: no torque, no angles; forces and spectra only
+  std::vector<int> driven_walls;      // whose torque makes the power; empty: every wall that a frame moves
+  std::vector<int> shell_walls;       // whose summed force is the force on the shell; empty: as driven_walls
+
+  bool power = true;
+  double power_interval = 0.01;       // torque and power are averaged over this long [s]
+  bool shell_force = true;
+  double force_interval = 1e-3;       // [s]; half its inverse is the highest frequency seen
+  double band_from = 20, band_to = 150;  // of the shell force's spectrum [Hz]
+
+  bool spectrum = true;               // of collisions; needs Simulation::start(true)
+  int bins_per_decade = 10;
+  double long_contact = 0;            // contacts that last longer are counted apart [s]; 0: 500 time steps
+
+  bool charge = true;                 // polar fields, angles, heights; needs `mill`
+  double charge_interval = 0;         // between samples [s]; 0: 1/360 of a revolution, at least 20 time steps
+  int angle_cells = 120;
+  int radius_cells = 20;
+  std::optional<ProfileLine> velocity_line;  // none: through the mill's centre, perpendicular to the free surface
+};
+
+}  // namespace quern
