@@ -100,7 +100,7 @@ struct ContactBlock {
   std::vector<Index> wall_slots;      // slots of this step's wall touches, in the order of the candidates
   std::vector<Quad> wall_normals;     // their normals, by which a touch finds its memory again
 
-  std::vector<ContactMemory> memory;
+  std::vector<ContactMemory> memory;  // row 0 is scratch, for the idle lanes of a SIMD batch
   std::vector<CollisionRecord> record;
   std::vector<Index> free_slots;
 

@@ -8,7 +8,7 @@ namespace quern {
 struct Contacts {
   std::vector<ContactBlock> blocks;
   Index block_size = 1;
-  bool records = false;
+  bool records = false;         // whether collisions are written down
   double skin = 0;              // candidates are nearer than this beyond touching [m]
   double travelled = 0;         // an upper bound of any particle's path since the last search [m]
   double wall_travelled = 0;    // the same for walls
@@ -21,8 +21,10 @@ struct Contacts {
   bool stale() const { return blocks.empty() || 2 * travelled > skin || travelled + wall_travelled > skin; }
 };
 
-// Cuts the particles into blocks, sorts them in space every so often, and searches all candidate pairs within the skin.
-// Touching contacts keep their memory. `reach` [m]: no wall moves faster than the skin allows between searches (see engine).
-void search_neighbours(Contacts& contacts, Particles& particles, const Domain& domain, std::size_t pair_kinds, std::size_t walls, ThreadTeam& team);
+// Searches the candidate pairs of all particles within the skin, whose width follows from how long the last search served;
+// every so often it sorts the particles in space first. Touching contacts, of pairs and of walls, keep their memory.
+// Positions are brought back into the periodic domain; returns Σ m Δx of those moves [kg m].
+Triple<double> search_neighbours(Contacts& contacts, Particles& particles, const Domain& domain, std::size_t pair_kinds, std::size_t walls,
+                                 ThreadTeam& team);
 
 }  // namespace quern

@@ -177,7 +177,7 @@ template <class Law>
 void pair_forces_of(const StepContext& step, const Law& law, const Rolling& rolling, const ActiveList& list, ContactBlock& block) {
   Particles& p = *step.particles;
   const Space space(*step.domain);
-  const Index scratch = static_cast<Index>(block.memory.size()) - 1;
+  const Index scratch = 0;
   Sums sums;
   for (Index at = 0; at < list.size(); at += lanes) {
     const Batch batch(list, at, scratch);
@@ -227,7 +227,7 @@ void pair_forces_of(const StepContext& step, const Law& law, const Rolling& roll
 template <class Law>
 void wall_forces_of(const StepContext& step, const Law& law, const Rolling& rolling, const ActiveList& list, ContactBlock& block) {
   Particles& p = *step.particles;
-  const Index scratch = static_cast<Index>(block.memory.size()) - 1;
+  const Index scratch = 0;
   Sums sums;
   for (Index at = 0; at < list.size(); at += lanes) {
     const Batch batch(list, at, scratch);

@@ -15,13 +15,15 @@ struct Ledger {
   double sliding_loss = 0;   // friction and tangential damping
   double rolling_loss = 0;   // rolling resistance
   double stored_at_start = 0;
-  double throughput = 0;     // Σ|work| in and out, the scale against which closure is judged
+  double throughput = 0;     // Σ|work of the walls|, step by step
 
   double stored() const { return kinetic + potential + elastic; }
   double dissipated() const { return normal_loss + sliding_loss + rolling_loss; }
-  // What the bookkeeping misses, and the same as a fraction of the work done (or of the energy that was there, if no work was).
+  // What the bookkeeping misses [J], and the same as a fraction of the work done: by walls, by gravity (the largest change of
+  // potential or kinetic energy seen when the energy was measured), or turned into heat, whichever is largest.
   double gap() const { return wall_work + field_work - (stored() - stored_at_start) - dissipated(); }
   double closure() const;
+  double exchanged = 0;      // largest change of kinetic or potential energy since the start seen so far
 };
 
 }  // namespace quern

@@ -54,7 +54,9 @@ struct Simulation {
   std::vector<Collision> lasting_collisions() const;
 
  private:
-  StepContext context();
+  StepContext context() const;
+  double start_kinetic_ = 0, start_potential_ = 0;  // [J]
+  double extent_of_particles_ = 0;                  // [m]
 };
 
 }  // namespace quern

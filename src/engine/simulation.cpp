@@ -1,0 +1,204 @@
+#include "src/engine/simulation.hpp"
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include "src/base/error.hpp"
+#include "src/engine/integrate.hpp"
+
+namespace quern {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+// Extent of the particles' box: how far a plane's point may lie from its origin.
+double extent_of(const Particles& particles) {
+  double largest = 0;
+  for (const Quad& q : particles.position) largest = std::max({largest, std::abs(q.x), std::abs(q.y), std::abs(q.z)});
+  return 2 * largest;
+}
+
+void move_walls(Simulation& s) {
+  const std::vector<Pose> frames = poses_at(s.frames, s.clock.time());
+  for (Wall& wall : s.walls) wall.pose = wall.frame < 0 ? wall.rest : carried(frames[at(wall.frame)], wall.rest);
+}
+
+[[noreturn]] void report_lost_particle(const Simulation& s) {
+  for (Index i = 0; i < s.particles.owned; ++i) {
+    const Quad& x = s.particles.position[at(i)];
+    if (!(std::abs(x.x) + std::abs(x.y) + std::abs(x.z) < 1e150))
+      throw RunError(fmt::format("at t = {:.6g} s (step {}) particle {} has no finite position any more; a smaller time step is the usual cure",
+                                 s.clock.time(), s.clock.step, s.particles.id[at(i)]));
+  }
+  throw RunError(fmt::format("at t = {:.6g} s (step {}) a velocity is no longer finite; a smaller time step is the usual cure", s.clock.time(),
+                             s.clock.step));
+}
+
+void advance_particles(Simulation& s) {
+  std::vector<double> moved(s.contacts.blocks.size());
+  s.team->run(static_cast<int>(moved.size()), [&](int b) {
+    const ContactBlock& block = s.contacts.blocks[static_cast<std::size_t>(b)];
+    moved[static_cast<std::size_t>(b)] = advance(s.particles, block.first, block.last, s.clock.time_step);
+  });
+  double largest = 0;
+  for (double m : moved) {
+    if (!std::isfinite(m)) report_lost_particle(s);
+    largest = std::max(largest, m);
+  }
+  s.contacts.travelled += largest;
+  ++s.contacts.steps_since_search;
+}
+
+void search(Simulation& s) {
+  const Triple<double> moved = search_neighbours(s.contacts, s.particles, s.domain, s.pair_laws.size(), s.walls.size(), *s.team);
+  s.ledger.field_work -= s.gravity.dot(vec(moved));
+  s.team->run(static_cast<int>(s.contacts.blocks.size()),
+              [&](int b) { find_wall_candidates(s.walls, s.particles, s.contacts.skin, s.contacts.blocks[static_cast<std::size_t>(b)]); });
+}
+
+void apply_contacts(Simulation& s, const StepContext& context) {
+  s.team->run(static_cast<int>(s.contacts.blocks.size()), [&](int b) {
+    ContactBlock& block = s.contacts.blocks[static_cast<std::size_t>(b)];
+    block.sums = {};
+    block.collisions.clear();
+    std::fill(block.wall_sums.begin(), block.wall_sums.end(), WallSums{});
+    for (std::vector<Remote>& list : block.remote) list.clear();
+    s.kernels->find_touching(context, block);
+    find_wall_touches(context, s.walls, block);
+    for (std::size_t kind = 0; kind < s.pair_laws.size(); ++kind) {
+      s.kernels->pair_forces(context, s.pair_laws[kind], block.pairs[kind], block);
+      s.kernels->wall_forces(context, s.pair_laws[kind], block.walls[kind], block);
+    }
+  });
+}
+
+// Adds what earlier blocks hold for each block's particles, in the order of the blocks, then completes the velocities.
+void finish_particles(Simulation& s) {
+  const Triple<double> gravity = triple(s.gravity);
+  s.team->run(static_cast<int>(s.contacts.blocks.size()), [&](int b) {
+    const auto mine = static_cast<std::size_t>(b);
+    for (std::size_t other = 0; other < mine; ++other)
+      for (const Remote& r : s.contacts.blocks[other].remote[mine]) {
+        Quad &force = s.particles.force[at(r.particle)], &torque = s.particles.torque[at(r.particle)];
+        force = {force.x + r.force.x, force.y + r.force.y, force.z + r.force.z, 0};
+        torque = {torque.x + r.torque.x, torque.y + r.torque.y, torque.z + r.torque.z, 0};
+      }
+    const ContactBlock& block = s.contacts.blocks[mine];
+    correct(s.particles, block.first, block.last, s.clock.time_step, gravity);
+  });
+}
+
+// Collects what the blocks noted, in their order.
+void gather_sums(Simulation& s) {
+  Contacts& c = s.contacts;
+  c.sums = {};
+  c.wall_sums.assign(s.walls.size(), {});
+  c.ended.clear();
+  for (const ContactBlock& block : c.blocks) {
+    c.sums.elastic_energy += block.sums.elastic_energy;
+    c.sums.normal_loss += block.sums.normal_loss;
+    c.sums.sliding_loss += block.sums.sliding_loss;
+    c.sums.rolling_loss += block.sums.rolling_loss;
+    c.sums.wall_work += block.sums.wall_work;
+    c.sums.pair_contacts += block.sums.pair_contacts;
+    c.sums.wall_contacts += block.sums.wall_contacts;
+    for (std::size_t w = 0; w < s.walls.size(); ++w) {
+      c.wall_sums[w].force = c.wall_sums[w].force + block.wall_sums[w].force;
+      c.wall_sums[w].torque = c.wall_sums[w].torque + block.wall_sums[w].torque;
+    }
+    c.ended.insert(c.ended.end(), block.collisions.begin(), block.collisions.end());
+  }
+  for (std::size_t w = 0; w < s.walls.size(); ++w) {
+    s.walls[w].force = c.wall_sums[w].force;
+    s.walls[w].torque = c.wall_sums[w].torque;
+  }
+  s.ledger.elastic = c.sums.elastic_energy;
+  s.ledger.normal_loss += c.sums.normal_loss;
+  s.ledger.sliding_loss += c.sums.sliding_loss;
+  s.ledger.rolling_loss += c.sums.rolling_loss;
+  s.ledger.wall_work += c.sums.wall_work;
+  s.ledger.throughput += std::abs(c.sums.wall_work);
+}
+
+}  // namespace
+
+StepContext Simulation::context() const {
+  return {const_cast<Particles*>(&particles), &domain, pair_kind.data(), static_cast<Index>(materials.size()), contacts.block_size, clock.time_step, clock.time()};
+}
+
+void Simulation::start(bool record_collisions) {
+  contacts = {};
+  contacts.records = record_collisions;
+  move_walls(*this);
+  search(*this);
+  // Forces where everything stands, without moving anything: the accelerations that the first step begins with.
+  StepContext standing = context();
+  standing.time_step = 0;
+  std::fill(particles.force.begin(), particles.force.end(), Quad{});
+  std::fill(particles.torque.begin(), particles.torque.end(), Quad{});
+  apply_contacts(*this, standing);
+  const double time_step = clock.time_step;
+  clock.time_step = 0;
+  finish_particles(*this);
+  clock.time_step = time_step;
+  ledger = {};
+  gather_sums(*this);
+  measure_energy();
+  ledger.stored_at_start = ledger.stored();
+  start_kinetic_ = ledger.kinetic;
+  start_potential_ = ledger.potential;
+}
+
+void Simulation::step() {
+  advance_particles(*this);
+  ++clock.step;
+  move_walls(*this);
+  double closing = 0;
+  if (!walls.empty()) {
+    const double extent = extent_of_particles_;
+    for (const Wall& wall : walls) closing = std::max(closing, closing_speed(wall, extent));
+  }
+  contacts.wall_travelled += closing * clock.time_step;
+  if (contacts.stale()) {
+    search(*this);
+    extent_of_particles_ = extent_of(particles);
+  }
+  apply_contacts(*this, context());
+  finish_particles(*this);
+  gather_sums(*this);
+}
+
+void Simulation::measure_energy() {
+  std::vector<std::array<double, 2>> parts(contacts.blocks.size());
+  team->run(static_cast<int>(parts.size()), [&](int b) {
+    const ContactBlock& block = contacts.blocks[static_cast<std::size_t>(b)];
+    double kinetic = 0, potential = 0;
+    for (Index i = block.first; i < block.last; ++i) {
+      const Quad &v = particles.velocity[at(i)], &w = particles.spin[at(i)];
+      kinetic += 0.5 * (v.w * dot(xyz(v), xyz(v)) + w.w * dot(xyz(w), xyz(w)));
+      potential -= v.w * dot(triple(gravity), xyz(particles.position[at(i)]));
+    }
+    parts[static_cast<std::size_t>(b)] = {kinetic, potential};
+  });
+  ledger.kinetic = ledger.potential = 0;
+  for (const auto& [kinetic, potential] : parts) ledger.kinetic += kinetic, ledger.potential += potential;
+  ledger.exchanged = std::max({ledger.exchanged, std::abs(ledger.kinetic - start_kinetic_), std::abs(ledger.potential - start_potential_)});
+}
+
+std::vector<Collision> Simulation::lasting_collisions() const {
+  std::vector<Collision> lasting;
+  const StepContext now = context();
+  for (const ContactBlock& block : contacts.blocks) {
+    ContactBlock scratch;  // end_collision reads the records and writes only `collisions`
+    scratch.records = block.records;
+    scratch.record = block.record;
+    for (Index i = block.first; i < block.last; ++i)
+      for (Index k = block.row_start[at(i - block.first)]; k < block.row_start[at(i - block.first) + 1]; ++k)
+        if (block.slot[at(k)] >= 0) end_collision(now, scratch, i, block.neighbour[at(k)], -1, block.slot[at(k)], true);
+    for (const WallCandidate& c : block.wall_candidates)
+      for (Index k = 0; k < c.touches; ++k) end_collision(now, scratch, c.particle, 0, c.wall, block.wall_slots[at(c.first_slot + k)], true);
+    lasting.insert(lasting.end(), scratch.collisions.begin(), scratch.collisions.end());
+  }
+  return lasting;
+}
+
+}  // namespace quern
