@@ -129,6 +129,7 @@ void Simulation::start(bool record_collisions) {
   contacts = {};
   contacts.records = record_collisions;
   move_walls(*this);
+  extent_of_particles_ = extent_of(particles);
   search(*this);
   // Forces where everything stands, without moving anything: the accelerations that the first step begins with.
   StepContext standing = context();

@@ -1,0 +1,79 @@
+#include "src/engine/time_step.hpp"
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <map>
+#include <numbers>
+#include "src/contact/restitution.hpp"
+
+namespace quern {
+namespace {
+
+struct Smallest {
+  double radius = 1e300, mass = 0;
+};
+
+bool hertzian(const ContactLaw& law) { return std::holds_alternative<HertzMindlin>(law) || std::holds_alternative<Deresiewicz>(law); }
+
+double linear_stiffness(const ContactLaw& law) {
+  if (const auto* linear = std::get_if<Linear>(&law)) return linear->normal_stiffness;
+  if (const auto* linearized = std::get_if<Linearized>(&law)) return linearized->normal_stiffness;
+  return 0;
+}
+
+const char* name_of(const ContactLaw& law) {
+  return std::visit([](const auto& l) { return l.name; }, law);
+}
+
+struct Search {
+  TimeStepLimit found;
+  void offer(double limit, double recommended, const std::string& reason) {
+    if (found.limit == 0 || limit < found.limit) found.limit = limit, found.reason = reason;
+    if (found.recommended == 0 || recommended < found.recommended) found.recommended = recommended;
+  }
+};
+
+}  // namespace
+
+double rayleigh_time(double radius, const Material& material) {
+  return std::numbers::pi * radius * std::sqrt(material.density / shear_modulus(material)) / (0.1631 * material.poisson + 0.8766);
+}
+
+TimeStepLimit time_step_limit(const Simulation& s, double speed, double fraction) {
+  std::map<std::uint8_t, Smallest> by_material;
+  for (Index i = 0; i < s.particles.owned; ++i) {
+    Smallest& smallest = by_material[s.particles.material[static_cast<std::size_t>(i)]];
+    if (s.particles.radius(i) < smallest.radius) smallest = {s.particles.radius(i), s.particles.mass(i)};
+  }
+  Search search;
+  const std::size_t count = s.materials.size();
+  const auto consider = [&](std::uint8_t a, const Smallest& first, std::uint8_t b, const Smallest* second) {
+    const ContactLaw& law = s.pair_laws[s.pair_kind[a * count + b]].law;
+    const std::string pair = fmt::format("{} on {}{}", s.materials[a].name, second == nullptr ? "wall of " : "", s.materials[b].name);
+    const double radius = second == nullptr ? first.radius : first.radius * second->radius / (first.radius + second->radius);
+    const double mass = second == nullptr ? first.mass : first.mass * second->mass / (first.mass + second->mass);
+    const double duration = collide_head_on(law, radius, mass, speed).duration;
+    search.offer(duration / 20, duration / 40,
+                 fmt::format("a twentieth of the {:.3g} s that the shortest collision lasts ({}, {} law, at {:.3g} m/s)", duration, pair,
+                             name_of(law), speed));
+    if (hertzian(law) && s.materials[a].young > 0) {
+      const double rayleigh = rayleigh_time(first.radius, s.materials[a]);
+      search.offer(0.3 * rayleigh, fraction * rayleigh,
+                   fmt::format("0.3 of the Rayleigh time {:.3g} s of the smallest {} ball (diameter {:.4g} mm, {} law)", rayleigh,
+                               s.materials[a].name, 2e3 * first.radius, name_of(law)));
+    }
+    if (const double stiffness = linear_stiffness(law); stiffness > 0) {
+      const double step = 0.2 * std::sqrt(first.mass / stiffness);
+      search.offer(step, step, fmt::format("0.2 √(m/k) of the lightest {} ball (m = {:.3g} kg, k = {:.3g} N/m)", s.materials[a].name, first.mass, stiffness));
+    }
+  };
+  for (const auto& [a, first] : by_material) {
+    for (const auto& [b, second] : by_material) consider(a, first, b, &second);
+    for (const Wall& wall : s.walls) consider(a, first, wall.material, nullptr);
+  }
+  if (search.found.limit == 0) search.found = {1e-3, 1e-3, "no particles yet: 1 ms"};
+  search.found.recommended = std::min(search.found.recommended, search.found.limit);
+  return search.found;
+}
+
+}  // namespace quern
