@@ -16,12 +16,10 @@ struct MillAxis {
   double lifter_height = 0;     // [m]
 };
 
-// A straight line along which velocities are averaged: through `point`, along `direction`, in a tube of `half_width`.
+// A straight line in the mill's cross-section along which the mean velocity is read off: through `point`, along `direction`.
 struct ProfileLine {
   Vec3 point = Vec3::Zero();
   Vec3 direction = Vec3::UnitZ();  // unit
-  double half_width = 0;           // [m]; 0: the mean radius of the particles
-  int bins = 40;
 };
 
 struct ObserverSettings {
@@ -43,7 +41,7 @@ struct ObserverSettings {
   double long_contact = 0;            // contacts that last longer are counted apart [s]; 0: 500 time steps
 
   bool charge = true;                 // polar fields, angles, heights; needs `mill`
-  double charge_interval = 0;         // between samples [s]; 0: 1/360 of a revolution, at least 20 time steps
+  double charge_interval = 0;         // between samples [s]; 0: 1/360 of a revolution, at least 50 time steps
   int angle_cells = 120;
   int radius_cells = 20;
   std::optional<ProfileLine> velocity_line;  // none: through the mill's centre, perpendicular to the free surface
