@@ -1,0 +1,37 @@
+#include "src/output/ledger_table.hpp"
+
+namespace quern {
+namespace {
+
+struct Entry {
+  const char *name, *description;
+  double (*of)(const Ledger&);
+};
+
+constexpr Entry entries[] = {
+    {"kinetic", "kinetic energy of the particles, translation and rotation", [](const Ledger& l) { return l.kinetic; }},
+    {"potential", "potential energy of gravity", [](const Ledger& l) { return l.potential; }},
+    {"elastic", "stored in the springs of the contacts", [](const Ledger& l) { return l.elastic; }},
+    {"wall_work", "done by moving walls on the particles since the start", [](const Ledger& l) { return l.wall_work; }},
+    {"field_work", "done by fields other than gravity since the start", [](const Ledger& l) { return l.field_work; }},
+    {"normal_loss", "dissipated by contact damping along the normal since the start", [](const Ledger& l) { return l.normal_loss; }},
+    {"sliding_loss", "dissipated by friction and tangential damping since the start", [](const Ledger& l) { return l.sliding_loss; }},
+    {"rolling_loss", "dissipated by rolling resistance since the start", [](const Ledger& l) { return l.rolling_loss; }},
+    {"gap", "work done − stored − dissipated: what the bookkeeping misses", [](const Ledger& l) { return l.gap(); }},
+};
+
+}  // namespace
+
+Table empty_ledger_table() {
+  Table table{"energy", "the energy ledger against time", {{"t", "s", "simulated time", {}, {}}}};
+  for (const Entry& entry : entries) table.columns.push_back({entry.name, "J", entry.description, {}, {}});
+  return table;
+}
+
+void append_row(Table& table, double time, const Ledger& ledger) {
+  auto column = table.columns.begin();
+  (column++)->values.push_back(time);
+  for (const Entry& entry : entries) (column++)->values.push_back(entry.of(ledger));
+}
+
+}  // namespace quern

@@ -1,0 +1,37 @@
+// results.h5: trajectories in H5MD 1.1 layout (de Buyl et al. 2014, nongnu.org/h5md), observables with units and descriptions,
+// and the case. Whole after every frame: a killed run leaves a readable file.
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+#include "src/engine/simulation.hpp"
+#include "src/observe/table.hpp"
+
+namespace quern {
+
+class ResultsFile {
+ public:
+  // Replaces a file of that name. Throws RunError where it cannot be written, as all functions here.
+  ResultsFile(const std::string& path, const Simulation& simulation, const std::string& title, const std::string& case_text);
+  ~ResultsFile();
+  ResultsFile(const ResultsFile&) = delete;
+  ResultsFile& operator=(const ResultsFile&) = delete;
+
+  // Row k of every array is the particle with id k. Particles may join during a run; where one is missing, its id is −1 and
+  // its numbers are not-a-number.
+  void append_frame(const Simulation& simulation);
+
+  // Adds the table's rows from `first_row` on to /observables/<table>/<column>, all of them against the table's first column.
+  void append_rows(const Table& table, std::size_t first_row);
+
+  // Under /observables/summary.
+  void write_headlines(const std::vector<Headline>& headlines);
+
+  void flush();
+
+ private:
+  struct File;
+  std::unique_ptr<File> file_;
+};
+
+}  // namespace quern
