@@ -1,0 +1,134 @@
+#include "src/output/vtk_frames.hpp"
+#include <fmt/format.h>
+#include <vtkCellArray.h>
+#include <vtkCellData.h>
+#include <vtkDoubleArray.h>
+#include <vtkFloatArray.h>
+#include <vtkIntArray.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkXMLPolyDataWriter.h>
+#include <algorithm>
+#include <numeric>
+#include "src/base/error.hpp"
+#include "src/output/wall_facets.hpp"
+#include "src/output/whole_file.hpp"
+
+namespace quern {
+namespace {
+
+template <class Array>
+vtkNew<Array> array(const char* name, int components, std::size_t rows) {
+  vtkNew<Array> made;
+  made->SetName(name);
+  made->SetNumberOfComponents(components);
+  made->SetNumberOfTuples(static_cast<vtkIdType>(rows));
+  return made;
+}
+
+void write(vtkPolyData* data, const std::string& path) {
+  vtkNew<vtkXMLPolyDataWriter> writer;
+  writer->SetFileName(aside(path).c_str());
+  writer->SetInputData(data);
+  writer->SetDataModeToAppended();
+  writer->EncodeAppendedDataOff();
+  writer->SetCompressorTypeToZLib();
+  if (writer->Write() != 1) throw RunError("The file " + path + " cannot be written: the disk may be full.");
+  put_in_place(path);
+}
+
+vtkNew<vtkPolyData> balls_of(const Particles& p) {
+  std::vector<std::size_t> order(static_cast<std::size_t>(p.owned));
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return p.id[a] < p.id[b]; });
+
+  vtkNew<vtkPoints> points;
+  points->SetDataTypeToDouble();
+  points->SetNumberOfPoints(p.owned);
+  auto velocity = array<vtkFloatArray>("velocity", 3, order.size()), spin = array<vtkFloatArray>("angular_velocity", 3, order.size());
+  auto diameter = array<vtkFloatArray>("diameter", 1, order.size()), mass = array<vtkFloatArray>("mass", 1, order.size());
+  auto species = array<vtkIntArray>("species", 1, order.size()), id = array<vtkIntArray>("id", 1, order.size());
+  vtkNew<vtkCellArray> vertices;
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const std::size_t i = order[k];
+    const auto row = static_cast<vtkIdType>(k);
+    const Quad &x = p.position[i], &v = p.velocity[i], &w = p.spin[i];
+    points->SetPoint(row, x.x, x.y, x.z);
+    velocity->SetTuple3(row, v.x, v.y, v.z);
+    spin->SetTuple3(row, w.x, w.y, w.z);
+    diameter->SetValue(row, static_cast<float>(2 * x.w));
+    mass->SetValue(row, static_cast<float>(v.w));
+    species->SetValue(row, p.species[i]);
+    id->SetValue(row, p.id[i]);
+    vertices->InsertNextCell(1, &row);
+  }
+  vtkNew<vtkPolyData> data;
+  data->SetPoints(points);
+  data->SetVerts(vertices);
+  for (vtkDataArray* a : {static_cast<vtkDataArray*>(velocity), static_cast<vtkDataArray*>(spin), static_cast<vtkDataArray*>(diameter),
+                          static_cast<vtkDataArray*>(mass), static_cast<vtkDataArray*>(species), static_cast<vtkDataArray*>(id)}) {
+    data->GetPointData()->AddArray(a);
+  }
+  data->GetPointData()->SetActiveVectors("velocity");
+  data->GetPointData()->SetActiveScalars("diameter");
+  return data;
+}
+
+vtkNew<vtkPolyData> walls_of(const Simulation& s) {
+  const Surroundings shown = surroundings(s.walls, s.particles.position);
+  vtkNew<vtkPoints> points;
+  points->SetDataTypeToDouble();
+  vtkNew<vtkCellArray> triangles;
+  vtkNew<vtkIntArray> wall;
+  wall->SetName("wall");
+  vtkNew<vtkFloatArray> velocity;
+  velocity->SetName("velocity");
+  velocity->SetNumberOfComponents(3);
+  for (std::size_t w = 0; w < s.walls.size(); ++w) {
+    const Facets facets = facets_of(s.walls[w], shown);
+    const vtkIdType base = points->GetNumberOfPoints();
+    for (const Vec3& point : facets.points) {
+      points->InsertNextPoint(point.data());
+      const Vec3 v = s.walls[w].pose.velocity_at(point);
+      velocity->InsertNextTuple3(v.x(), v.y(), v.z());
+    }
+    for (const auto& t : facets.triangles) {
+      triangles->InsertNextCell({base + t[0], base + t[1], base + t[2]});
+      wall->InsertNextValue(static_cast<int>(w));
+    }
+  }
+  vtkNew<vtkPolyData> data;
+  data->SetPoints(points);
+  data->SetPolys(triangles);
+  data->GetPointData()->AddArray(velocity);
+  data->GetCellData()->AddArray(wall);
+  return data;
+}
+
+}  // namespace
+
+VtkFrames::VtkFrames(std::string directory) : directory_(std::move(directory)) { make_directory(directory_ + "/frames"); }
+
+void VtkFrames::append(const Simulation& s) {
+  const auto list = [&](int part, const char* name, const std::string& file) {
+    entries_ += fmt::format("    <DataSet timestep=\"{:.17g}\" part=\"{}\" name=\"{}\" file=\"{}\"/>\n", s.clock.time(), part, name, file);
+  };
+  const std::string balls = fmt::format("frames/balls_{:06}.vtp", frames_);
+  write(balls_of(s.particles), directory_ + "/" + balls);
+  list(0, "balls", balls);
+  if (!s.walls.empty()) {
+    const bool moving = std::any_of(s.walls.begin(), s.walls.end(), [](const Wall& wall) { return wall.frame >= 0; });
+    std::string walls = moving ? fmt::format("frames/walls_{:06}.vtp", frames_) : fixed_walls_;
+    if (walls.empty()) fixed_walls_ = walls = "frames/walls.vtp";
+    if (moving || frames_ == 0) write(walls_of(s), directory_ + "/" + walls);
+    list(1, "walls", walls);
+  }
+  ++frames_;
+  write_whole_file(directory_ + "/frames.pvd",
+                   "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n  <Collection>\n" + entries_ +
+                       "  </Collection>\n</VTKFile>\n");
+}
+
+}  // namespace quern
