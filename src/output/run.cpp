@@ -1,0 +1,200 @@
+#include "src/output/run.hpp"
+#include <fmt/format.h>
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include "src/base/error.hpp"
+#include "src/engine/simulation.hpp"
+#include "src/observe/observers.hpp"
+#include "src/output/health.hpp"
+#include "src/output/ledger_table.hpp"
+#include "src/output/pictures.hpp"
+#include "src/output/progress.hpp"
+#include "src/output/results_file.hpp"
+#include "src/output/tables.hpp"
+#include "src/output/vtk_frames.hpp"
+#include "src/output/whole_file.hpp"
+
+namespace quern {
+namespace {
+
+// Says when something that happens every `interval` is due; counted in whole intervals, so that it does not drift.
+class Schedule {
+ public:
+  Schedule(double interval, double start) : interval_(interval), next_(interval > 0 ? std::floor(start / interval * (1 + 1e-12)) + 1 : 0) {}
+  bool due(double time, double time_step) {
+    if (interval_ <= 0 || time < next_ * interval_ - 0.5 * time_step) return false;
+    next_ = std::max(next_ + 1, std::floor((time + 0.5 * time_step) / interval_) + 1);
+    return true;
+  }
+
+ private:
+  double interval_, next_;
+};
+
+// Everything that one run writes.
+class Writer {
+ public:
+  Writer(const Simulation& s, const OutputSettings& settings, const std::string& directory)
+      : settings_(settings), directory_(directory), energy_(empty_ledger_table()) {
+    make_directory(directory);
+    if (!settings.case_text.empty()) save("case.toml", settings.case_text);
+    results_ = std::make_unique<ResultsFile>(path("results.h5"), s, settings.title, settings.case_text);
+    files_.push_back("results.h5");
+    if (settings.vtk_frames) frames_.emplace(directory);
+  }
+
+  void energy(Simulation& s) { append_row(energy_, s.clock.time(), s.ledger); }
+
+  void frame(const Simulation& s) {
+    if (last_frame_ == s.clock.step) return;
+    last_frame_ = s.clock.step;
+    flush_energy();
+    if (settings_.trajectory) results_->append_frame(s);
+    if (frames_) frames_->append(s);
+  }
+
+  // Tables and headline numbers; complete after every call.
+  void results(const std::vector<Table>& tables, const std::vector<Headline>& headlines) {
+    save("energy.csv", csv_of(energy_));
+    flush_energy();
+    for (const Table& table : tables) {
+      save(table.name + ".csv", csv_of(table));
+      results_->append_rows(table, 0);
+    }
+    results_->write_headlines(headlines);
+    results_->flush();
+    save("summary.json", json_of(headlines));
+    if (frames_) note("frames.pvd");
+  }
+
+  const Table& energy() const { return energy_; }
+  std::vector<std::string>& files() { return files_; }
+
+ private:
+  std::string path(const std::string& file) const { return directory_ + "/" + file; }
+  void note(const std::string& file) {
+    if (std::find(files_.begin(), files_.end(), file) == files_.end()) files_.push_back(file);
+  }
+  void save(const std::string& file, const std::string& contents) {
+    write_whole_file(path(file), contents);
+    note(file);
+  }
+  void flush_energy() {
+    const std::size_t rows = energy_.columns.front().values.size();
+    results_->append_rows(energy_, rows_in_file_);
+    rows_in_file_ = rows;
+    results_->flush();
+  }
+
+  const OutputSettings& settings_;
+  std::string directory_;
+  Table energy_;
+  std::size_t rows_in_file_ = 0;
+  std::int64_t last_frame_ = -1;
+  std::unique_ptr<ResultsFile> results_;
+  std::optional<VtkFrames> frames_;
+  std::vector<std::string> files_;
+};
+
+std::vector<Headline> headlines_of(const Simulation& s, const Observers& observers, const OutputSettings& settings, const RunSummary& summary) {
+  std::vector<Headline> all = observers.headlines();
+  all.insert(all.end(), settings.headlines.begin(), settings.headlines.end());
+  const double particle_steps = static_cast<double>(summary.steps) * static_cast<double>(s.particles.owned);
+  const auto add = [&](const char* key, double value, const char* unit, const char* description) {
+    all.push_back({key, value, unit, std::nullopt, description});
+  };
+  add("time_step", s.clock.time_step, "s", "of the integration");
+  add("simulated_time", s.clock.time(), "s", "reached by the run");
+  add("particle_count", s.particles.owned, "1", "particles at the end");
+  add("energy_closure", s.ledger.closure(), "1", "what the energy ledger misses, as a fraction of the energy that passed through it");
+  add("particle_steps_per_second", summary.wall_clock > 0 ? particle_steps / summary.wall_clock : 0, "1/s", "speed of the run");
+  add("wall_clock", summary.wall_clock, "s", "how long the run took");
+  return all;
+}
+
+std::string listed(const std::vector<std::string>& words) {
+  std::string out;
+  for (std::size_t k = 0; k < words.size(); ++k) out += (k == 0 ? "" : k + 1 == words.size() ? " and " : ", ") + words[k];
+  return out;
+}
+
+// Tables and pictures of what has been reached; called at the end, also of a run that fails.
+void conclude(Simulation& s, Observers& observers, const OutputSettings& settings, const RunOptions& options, Writer& writer, RunSummary& summary) {
+  observers.finish(s);
+  summary.headlines = headlines_of(s, observers, settings, summary);
+  std::vector<Table> tables = observers.tables();
+  writer.results(tables, summary.headlines);
+  if (settings.pictures) {
+    tables.push_back(writer.energy());
+    const Drawn drawn = draw_pictures({options.directory, settings.title, settings.view_axis, &s, &tables, &summary.headlines});
+    writer.files().insert(writer.files().end(), drawn.files.begin(), drawn.files.end());
+    summary.remarks.insert(summary.remarks.end(), drawn.remarks.begin(), drawn.remarks.end());
+  }
+  summary.files = writer.files();
+}
+
+}  // namespace
+
+RunSummary run_simulation(Simulation& s, Observers& observers, const OutputSettings& settings, const RunOptions& options, double duration) {
+  if (options.resume) throw InputError("There is no checkpoint in " + options.directory + " to go on from.");
+  if (options.threads > 0 && options.threads != s.team->size()) s.team = std::make_shared<ThreadTeam>(options.threads);
+
+  const double dt = s.clock.time_step, start = s.clock.time();
+  const auto last_step = static_cast<std::int64_t>(std::ceil(duration / dt * (1 - 1e-12)));
+  Schedule frame_due(settings.frame_interval, start);
+  Schedule energy_due(settings.energy_interval > 0 ? settings.energy_interval : duration / 1000, start);
+  // Often enough that a failure is found near its cause, seldom enough to cost nothing.
+  constexpr std::int64_t steps_between_checks = 200;
+
+  Writer writer(s, settings, options.directory);
+  RunSummary summary;
+  Progress progress(start, duration, options.quiet);
+  s.measure_energy();
+  const Health health(s);
+  writer.energy(s);
+  writer.frame(s);
+  observers.see(s);
+
+  std::string failure;
+  const std::int64_t first_step = s.clock.step;
+  try {
+    while (s.clock.step < last_step) {
+      s.step();
+      observers.see(s);
+      const double time = s.clock.time();
+      const bool last = s.clock.step >= last_step, sample = energy_due.due(time, dt), frame = frame_due.due(time, dt);
+      if (sample || frame || last || s.clock.step % steps_between_checks == 0) {
+        s.measure_energy();
+        if (const auto complaint = health.complaint(s)) throw RunError(*complaint);
+      }
+      if (sample || last) writer.energy(s);
+      if (frame) writer.frame(s);
+      progress.show(time);
+      if (options.stop_signal && (summary.stopped_by = options.stop_signal->load(std::memory_order_relaxed)) != 0) break;
+    }
+  } catch (const RunError& error) {
+    failure = error.what();
+  }
+  progress.end();
+  summary.finished = failure.empty() && s.clock.step >= last_step;
+  summary.time = s.clock.time();
+  summary.steps = s.clock.step - first_step;
+  summary.wall_clock = progress.wall_clock();
+
+  try {
+    s.measure_energy();
+    writer.frame(s);
+    conclude(s, observers, settings, options, writer, summary);
+  } catch (const RunError& error) {
+    if (failure.empty()) throw;
+    throw RunError(fmt::format("The run failed {}. Saving what there was failed too: {}", failure, error.what()));
+  }
+  if (!failure.empty()) {
+    throw RunError(fmt::format("The run failed {}. Saved in {}: the results up to then ({}).", failure, options.directory, listed(summary.files)));
+  }
+  return summary;
+}
+
+}  // namespace quern
