@@ -1,10 +1,9 @@
 // Filling a region with balls that touch neither each other nor a wall.
 #pragma once
 #include <cstdint>
-#include <variant>
 #include <vector>
 #include "src/base/domain.hpp"
-#include "src/base/pose.hpp"
+#include "src/particle/region.hpp"
 #include "src/particle/size_distribution.hpp"
 #include "src/wall/walls.hpp"
 
@@ -13,51 +12,34 @@ namespace quern {
 // Bulk porosity by which a filling is defined: bulk volume of a charge = volume of its balls / (1 − 0.4).
 inline constexpr double bulk_porosity = 0.4;
 
-// A part of space, in axes of its own. Balls lie wholly inside, except across faces that a periodic direction joins.
-struct CylinderRegion {
-  double radius = 0, z_0 = 0, z_1 = 0;  // about its z axis [m]
-};
-struct BoxRegion {
-  Vec3 lower = Vec3::Zero(), upper = Vec3::Zero();  // [m]
-};
-struct SphereRegion {
-  double radius = 0;  // about its origin [m]
-};
-struct Region {
-  std::variant<CylinderRegion, BoxRegion, SphereRegion> shape;
-  Pose pose;
-};
-
-double volume(const Region& region);  // [m³]
-
 // How much of a species; exactly one of the three is told, the others stay 0.
 struct Portion {
   std::uint8_t species = 0;
-  double density = 0;       // [kg/m³]; needed for a mass only
+  double density = 0;  // [kg/m³]; needed for a mass only
   SizeDistribution sizes;
   std::int64_t count = 0;
-  double mass = 0;          // [kg]; reached to half of a mean ball
-  double filling = 0;       // bulk volume of the portion / reference volume
+  double mass = 0;     // [kg]; the count is the nearest for the mean ball
+  double filling = 0;  // bulk volume of the portion / reference volume
 };
 
 struct PackingRequest {
   Region region;
   std::vector<Portion> portions;
-  double reference_volume = 0;       // of which a filling is a fraction [m³]; 0: the region's
-  Vec3 gravity{0, 0, -9.81};         // dense packing starts where gravity points; rain falls along it [m/s²]
-  double speed = 0;                  // at the start, along gravity [m/s]
-  Domain domain;                     // its periodic directions
-  std::vector<Quad> present;         // balls that are there already: centre and radius [m]
+  double reference_volume = 0;  // of which a filling is a fraction [m³]; 0: the region's
+  Vec3 gravity{0, 0, -9.81};    // dense packing starts where gravity points; rain falls along it [m/s²]
+  double speed = 0;             // at the start, along gravity [m/s]
+  Domain domain;                // its periodic directions
+  std::vector<Quad> present;    // balls that are there already: centre and radius [m]
   std::uint64_t seed = 1;
 };
 
 struct Packing {
-  std::vector<Vec3> position;         // centres [m]
-  std::vector<double> diameter;       // [m]
+  std::vector<Vec3> position;    // centres [m]
+  std::vector<double> diameter;  // [m]
   std::vector<std::uint8_t> species;
-  Vec3 velocity = Vec3::Zero();       // of all of them [m/s]
-  double filling = 0;                 // bulk volume of all these balls / reference volume
-  double largest_overlap = 0;         // of two balls or of a ball and a wall, in radii of the (smaller) ball; 0: none
+  Vec3 velocity = Vec3::Zero();  // of all of them [m/s]
+  double filling = 0;            // bulk volume of all these balls / reference volume
+  double largest_overlap = 0;    // of two balls or of a ball and a wall, in radii of the (smaller) ball; 0: none
 };
 
 // The diameters of a portion; the number is the nearest to its amount. Throws InputError if no amount or several are told.

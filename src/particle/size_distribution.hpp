@@ -40,7 +40,8 @@ struct SizeDistribution {
 
   // One diameter, by number [m].
   double sample(RandomStream& random) const;
-  // `count` diameters in random order. A list of sizes gets each size's exact share (largest remainder).
+  // `count` diameters in random order that keep to the distribution more closely than independent ones: a list of sizes gets
+  // each size's exact share (largest remainder), the others one diameter at random from each 1/count of the number.
   std::vector<double> draw(std::int64_t count, RandomStream& random) const;
 };
 
