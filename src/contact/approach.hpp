@@ -14,7 +14,9 @@ struct Approach {
   Triple<T> tangential_velocity;  // v_t = v_c − v_n n [m/s]
   T effective_radius;             // R* [m]
   T effective_mass;               // m* [kg]
-  double time_step;               // [s]
+  double time_step;               // over which the force has acted when it is evaluated [s]
+  T lead;                         // by which springs advance to now: half a step, or since first touch [s]
+  double ahead;                   // by which springs advance beyond now: half the next step [s]
 };
 
 // A spring in the contact plane (sliding) or about it (rolling), kept from step to step. `stretch` is stored half a step
@@ -36,17 +38,29 @@ struct ContactForce {
   T tangential_loss;     // dissipated by sliding and tangential damping in this step [J]
 };
 
-// Normal force from its elastic and its viscous part, never attractive: F_n = max(0, F_e − c v_n).
+// Normal force from its elastic and its viscous part, never attractive: F_n = max(0, F_e − c v_n). `stiffness` is dF_e/dδ.
+// The loss is the viscous force times the velocity that the step ends with, not the predicted one: the force's own change
+// over the step corrects it, which keeps the ledger second order with a small constant.
 template <class T>
-QUERN_INLINE void push(const Approach<T>& a, const T& elastic, const T& damping, ContactForce<T>& force) {
+QUERN_INLINE void push(const Approach<T>& a, const T& elastic, const T& stiffness, const T& damping, ContactForce<T>& force) {
   force.normal = greater(T(0.0), elastic - damping * a.normal_velocity);
-  force.normal_loss = (elastic - force.normal) * a.normal_velocity * T(a.time_step);
+  force.normal_stiffness = stiffness;
+  const T per_mass = T(1.0) / a.effective_mass;
+  const T correction = T(0.5 * a.time_step * a.time_step) * per_mass * (stiffness * a.normal_velocity + damping * per_mass * force.normal);
+  force.normal_loss = (elastic - force.normal) * (a.normal_velocity - correction) * T(a.time_step);
 }
 
 // δ one step earlier, from the approach velocity.
 template <class T>
 QUERN_INLINE T earlier_overlap(const Approach<T>& a) {
   return greater(T(0.0), a.overlap + a.normal_velocity * T(a.time_step));
+}
+
+// Half a step, or the time since first touch where that was within this step.
+template <class T>
+QUERN_INLINE T spring_lead(const T& overlap, const T& normal_velocity, double time_step) {
+  const T first_touch = overlap / greater(-normal_velocity, T(1e-300));
+  return select(overlap + normal_velocity * T(time_step) < T(0.0), first_touch, T(0.5 * time_step));
 }
 
 template <class T>
@@ -62,23 +76,22 @@ struct HeldForce {
 // The stretch advances by half a step with the velocity before and half with the velocity after each force: the
 // trapezoidal rule, which keeps velocity Verlet's second order.
 template <class T>
-QUERN_INLINE HeldForce<T> hold(const Triple<T>& velocity, double time_step, const T& stiffness, const T& stiffening, const T& damping,
+QUERN_INLINE HeldForce<T> hold(const Approach<T>& a, const Triple<T>& velocity, const T& stiffness, const T& stiffening, const T& damping,
                                const T& limit, TangentialSpring<T>& spring) {
-  const T tiny(1e-300), dt(time_step);
-  const Triple<T> lead = T(0.5 * time_step) * velocity;
-  const Triple<T> stretch = lesser(T(1.0), stiffening) * spring.stretch + lead;
+  const T tiny(1e-300), dt(a.time_step);
+  const Triple<T> stretch = lesser(T(1.0), stiffening) * spring.stretch + a.lead * velocity;
   const Triple<T> trial = stiffness * stretch + damping * velocity;
   const T size = length(trial);
   const auto slides = size > limit;
   const T scale = select(slides, limit / greater(size, tiny), T(1.0));
   const Triple<T> force = (-scale) * trial;
-  // A sliding spring keeps just the stretch that carries the limit.
-  const T softness = T(1.0) / greater(stiffness, tiny);
-  const Triple<T> slipped = softness * (scale * trial - damping * velocity);
+  // A sliding spring keeps just the stretch that by itself carries the limit.
+  const T softness = scale / greater(stiffness, tiny);
+  const Triple<T> slipped = softness * trial;
   const Triple<T> kept = {select(slides, slipped.x, stretch.x), select(slides, slipped.y, stretch.y), select(slides, slipped.z, stretch.z)};
   const T energy = T(0.5) * stiffness * dot(kept, kept);
   const T loss = spring.energy - energy - dt * dot(force, velocity);
-  spring = {kept + lead, energy};
+  spring = {kept + T(a.ahead) * velocity, energy};
   return {force, loss};
 }
 

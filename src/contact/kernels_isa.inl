@@ -194,8 +194,14 @@ void pair_forces_of(const StepContext& step, const Law& law, const Rolling& roll
     b.spin_sum = wi.xyz() + wj.xyz();
     const PackTriple relative = vi.xyz() - vj.xyz() - cross(arm_i * wi.xyz() + arm_j * wj.xyz(), b.normal);
     const Pack normal_velocity = dot(relative, b.normal);
-    b.approach = {greater(Pack(0.0), overlap), normal_velocity,           relative - normal_velocity * b.normal, xi.w * xj.w / (xi.w + xj.w),
-                  vi.w * vj.w / (vi.w + vj.w), step.time_step};
+    b.approach = {greater(Pack(0.0), overlap),
+                  normal_velocity,
+                  relative - normal_velocity * b.normal,
+                  xi.w * xj.w / (xi.w + xj.w),
+                  vi.w * vj.w / (vi.w + vj.w),
+                  step.time_step,
+                  spring_lead(overlap, normal_velocity, step.time_step),
+                  step.ahead};
     const Answer a = answer(law, rolling, b, block.memory.data(), batch.slot);
     sums.add(a, first_lanes(batch.count));
 
@@ -243,7 +249,8 @@ void wall_forces_of(const StepContext& step, const Law& law, const Rolling& roll
     b.spin_sum = wi.xyz() + wall_spin.xyz();
     const PackTriple relative = vi.xyz() - wall_velocity.xyz() - cross(arm * wi.xyz(), b.normal);
     const Pack normal_velocity = dot(relative, b.normal);
-    b.approach = {normal.w, normal_velocity, relative - normal_velocity * b.normal, xi.w, vi.w, step.time_step};
+    b.approach = {normal.w, normal_velocity, relative - normal_velocity * b.normal, xi.w, vi.w, step.time_step,
+                  spring_lead(normal.w, normal_velocity, step.time_step), step.ahead};
     const Answer a = answer(law, rolling, b, block.memory.data(), batch.slot);
     sums.add(a, first_lanes(batch.count));
 

@@ -27,7 +27,7 @@ struct Rolling {
     const T radius_squared = a.effective_radius * a.effective_radius;
     const T stiffness = T(2.25 * coefficient * coefficient) * force.normal_stiffness * radius_squared;
     const T damping = T(2 * damping_ratio) * square_root(stiffness * T(1.4) * a.effective_mass * radius_squared);
-    return hold(rolling_velocity, a.time_step, stiffness, force.stiffening, damping, limit, spring);
+    return hold(a, rolling_velocity, stiffness, force.stiffening, damping, limit, spring);
   }
 };
 

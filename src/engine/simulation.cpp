@@ -122,7 +122,7 @@ void gather_sums(Simulation& s) {
 }  // namespace
 
 StepContext Simulation::context() const {
-  return {const_cast<Particles*>(&particles), &domain, pair_kind.data(), static_cast<Index>(materials.size()), contacts.block_size, clock.time_step, clock.time()};
+  return {const_cast<Particles*>(&particles), &domain, pair_kind.data(), static_cast<Index>(materials.size()), contacts.block_size, clock.time_step, 0.5 * clock.time_step, clock.time()};
 }
 
 void Simulation::start(bool record_collisions) {

@@ -19,10 +19,9 @@ struct Deresiewicz {
     const T tiny(1e-300), one(1.0), dt(a.time_step);
     const T contact_radius = square_root(a.effective_radius * a.overlap);
     const T elastic = T(4.0 / 3.0 * effective_young) * contact_radius * a.overlap;
-    push(a, elastic, T(damping_modulus) * contact_radius, force);
+    push(a, elastic, T(2 * effective_young) * contact_radius, T(damping_modulus) * contact_radius, force);
 
     // Where the overlap grew, the stretch shrinks until the stiffer contact gives the force it gave before: no energy is made.
-    const Triple<T> lead = T(0.5 * a.time_step) * a.tangential_velocity;
     const T slip_now = greater(T(slip_ratio) * a.overlap, tiny);
     const T grown = lesser(one, earlier_overlap(a) / greater(a.overlap, tiny));
     const T before = length(spring.stretch);
@@ -31,7 +30,7 @@ struct Deresiewicz {
     const T shortened = slip_now * (one - power(one - mobilized, 2.0 / 3.0));
     const T shrink = select(before > tiny, lesser(one, shortened / greater(before, tiny)), one);
 
-    const Triple<T> stretch = shrink * spring.stretch + lead;
+    const Triple<T> stretch = shrink * spring.stretch + a.lead * a.tangential_velocity;
     const T size = length(stretch);
     const T used = lesser(one, size / slip_now);
     const T rest = one - used;
@@ -43,8 +42,7 @@ struct Deresiewicz {
     const Triple<T> kept = kept_scale * stretch;
     const T energy = limit * slip_now * (used - T(0.4) * (one - rest * rest * rest_root));
     force.tangential_loss = spring.energy - energy - dt * dot(force.tangential, a.tangential_velocity);
-    spring = {kept + lead, energy};
-    force.normal_stiffness = T(2 * effective_young) * contact_radius;
+    spring = {kept + T(a.ahead) * a.tangential_velocity, energy};
     force.stiffening = square_root(grown);
     force.elastic_energy = T(0.4) * elastic * a.overlap + spring.energy;
     return force;

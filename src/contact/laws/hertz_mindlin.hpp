@@ -21,13 +21,12 @@ struct HertzMindlin {
     const T tangential_stiffness = T(8 * effective_shear) * contact_radius;
     const T elastic = T(2.0 / 3.0) * normal_stiffness * a.overlap;
     const T root = T(2 * std::sqrt(5.0 / 6.0) * damping_ratio) * square_root(contact_radius * a.effective_mass);
-    push(a, elastic, T(std::sqrt(2 * effective_young)) * root, force);
+    push(a, elastic, normal_stiffness, T(std::sqrt(2 * effective_young)) * root, force);
     force.stiffening = square_root(earlier_overlap(a) / greater(a.overlap, T(1e-300)));
-    const HeldForce<T> held = hold(a.tangential_velocity, a.time_step, tangential_stiffness, force.stiffening,
+    const HeldForce<T> held = hold(a, a.tangential_velocity, tangential_stiffness, force.stiffening,
                                    T(std::sqrt(8 * effective_shear)) * root, T(friction) * force.normal, spring);
     force.tangential = held.force;
     force.tangential_loss = held.loss;
-    force.normal_stiffness = normal_stiffness;
     force.elastic_energy = T(0.4) * elastic * a.overlap + spring.energy;
     return force;
   }

@@ -17,12 +17,11 @@ struct Linear {
     ContactForce<T> force{};
     const T elastic = T(normal_stiffness) * a.overlap;
     const T root_mass = square_root(a.effective_mass);
-    push(a, elastic, T(2 * damping_ratio * std::sqrt(normal_stiffness)) * root_mass, force);
-    const HeldForce<T> held = hold(a.tangential_velocity, a.time_step, T(tangential_stiffness), T(1.0),
+    push(a, elastic, T(normal_stiffness), T(2 * damping_ratio * std::sqrt(normal_stiffness)) * root_mass, force);
+    const HeldForce<T> held = hold(a, a.tangential_velocity, T(tangential_stiffness), T(1.0),
                                    T(2 * damping_ratio * std::sqrt(tangential_stiffness)) * root_mass, T(friction) * force.normal, spring);
     force.tangential = held.force;
     force.tangential_loss = held.loss;
-    force.normal_stiffness = T(normal_stiffness);
     force.stiffening = T(1.0);
     force.elastic_energy = T(0.5) * elastic * a.overlap + spring.energy;
     return force;

@@ -16,12 +16,11 @@ struct Linearized {
   QUERN_INLINE ContactForce<T> operator()(const Approach<T>& a, TangentialSpring<T>& spring) const {
     ContactForce<T> force{};
     const T elastic = T(normal_stiffness) * a.overlap;
-    push(a, elastic, T(normal_damping), force);
-    const HeldForce<T> held = hold(a.tangential_velocity, a.time_step, T(tangential_stiffness), T(1.0),
+    push(a, elastic, T(normal_stiffness), T(normal_damping), force);
+    const HeldForce<T> held = hold(a, a.tangential_velocity, T(tangential_stiffness), T(1.0),
                                    T(normal_damping * std::sqrt(tangential_stiffness / normal_stiffness)), T(friction) * force.normal, spring);
     force.tangential = held.force;
     force.tangential_loss = held.loss;
-    force.normal_stiffness = T(normal_stiffness);
     force.stiffening = T(1.0);
     force.elastic_energy = T(0.5) * elastic * a.overlap + spring.energy;
     return force;

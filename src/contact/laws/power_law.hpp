@@ -19,14 +19,13 @@ struct PowerLaw {
     ContactForce<T> force{};
     const T elastic = T(stiffness) * power(a.overlap, stiffness_exponent);
     const T normal_damping = T(damping) * power(a.overlap, damping_exponent);
-    push(a, elastic, normal_damping, force);
     const T tangent = T(stiffness_exponent) * elastic / greater(a.overlap, T(1e-300));
+    push(a, elastic, tangent, normal_damping, force);
     const HeldForce<T> held =
-        hold(a.tangential_velocity, a.time_step, T(tangential_stiffness), T(1.0),
+        hold(a, a.tangential_velocity, T(tangential_stiffness), T(1.0),
              normal_damping * square_root(T(tangential_stiffness) / greater(tangent, T(1e-300))), T(friction) * force.normal, spring);
     force.tangential = held.force;
     force.tangential_loss = held.loss;
-    force.normal_stiffness = tangent;
     force.stiffening = power(earlier_overlap(a) / greater(a.overlap, T(1e-300)), stiffness_exponent - 1);
     force.elastic_energy = elastic * a.overlap / T(stiffness_exponent + 1) + spring.energy;
     return force;
