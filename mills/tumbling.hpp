@@ -21,8 +21,8 @@ struct Lifters {
     bar           // upright faces, crowned by a half round of diameter `width`; height ≥ width/2
   };
   int count = 0;
-  double height = 0;                      // above the shell [m]
-  double width = 0;                       // at the shell [m]
+  double height = 0;                       // above the shell [m]
+  double width = 0;                        // at the shell [m]
   double face_angle = 1.5707963267948966;  // trapezoid: between face and shell, π/2 is upright [rad]
   Shape shape = Shape::rectangular;
 };
@@ -30,10 +30,10 @@ struct Lifters {
 struct TumblingMill {
   enum class Ends { walls, periodic };
   std::string name = "mill";
-  double diameter = 0;         // inside the shell [m]
-  double length = 0;           // inside [m]
-  double speed = 0;            // [rad/s]; see speed_at_fraction
-  double ramp = 0;             // time from rest to `speed`, linear [s]
+  double diameter = 0;  // inside the shell [m]
+  double length = 0;    // inside [m]
+  double speed = 0;     // [rad/s]; see speed_at_fraction
+  double ramp = 0;      // time from rest to `speed`, linear [s]
   Lifters lifters;
   Ends ends = Ends::walls;     // periodic: the axis must lie along x, y or z
   Vec3 centre = Vec3::Zero();  // the middle of the mill, in the fixed frame [m]

@@ -7,7 +7,7 @@
 namespace quern {
 namespace {
 
-constexpr double start_fraction = 0.5;   // solid fraction of the part of the region where the balls start, if there is room
+constexpr double start_fraction = 0.54;  // solid fraction of the part of the region where the balls start, if there is room
 constexpr double densest = 0.74;         // solid fraction of the densest packing of equal balls
 constexpr double usual_fraction = 0.58;  // what a random packing reaches without trouble
 constexpr int start_tries = 12;          // places tried for each ball, the best taken
