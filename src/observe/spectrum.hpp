@@ -1,0 +1,109 @@
+// Collision spectra: how often bodies collide at which energy, by pair kind. Every joule that the ledger counts as dissipated in contacts
+// while this watches is found here again: in collisions that ended, or in contacts that still last.
+#pragma once
+#include <cstdint>
+#include "src/engine/simulation.hpp"
+#include "src/observe/observer_settings.hpp"
+#include "src/observe/table.hpp"
+#include "src/observe/time_blocks.hpp"
+
+namespace quern {
+
+// The energies against which collisions are counted, all in joules.
+enum class EnergyMeasure : std::uint8_t {
+  dissipated,   // lost along the normal, by sliding and by rolling
+  impact,       // ½ m* v_n² at first touch
+  relative,     // ½ m v², m the lesser mass of the two and v their whole relative speed at first touch (Jayasundara et al. 2009)
+};
+inline constexpr int energy_measures = 3;
+
+// short: ended within the limit; enduring: ended after it; lasting: still touching when last looked at.
+enum class ContactClass : std::uint8_t { collision, enduring, lasting };
+inline constexpr int contact_classes = 3;
+
+struct EnergySums {
+  double count = 0;
+  double normal_loss = 0;      // [J]
+  double tangential_loss = 0;  // [J]
+  double impact = 0;           // [J]
+  double relative = 0;         // [J]
+  void add(const EnergySums& more);
+  double loss() const { return normal_loss + tangential_loss; }
+  template <class Archive>
+  void archive(Archive& a) {
+    a(count, normal_loss, tangential_loss, impact, relative);
+  }
+};
+
+// Sums by pair kind, class, measure and energy bin; empty parts take no room.
+struct SpectrumSums {
+  std::vector<std::vector<EnergySums>> histograms;  // [(kind · classes + class) · measures + measure][bin]
+  std::vector<EnergySums> carried;                  // [kind]: what contacts that lasted when these sums began had lost before
+  std::vector<EnergySums> totals;                   // [kind · classes + class]
+  void add(const SpectrumSums& later);
+  template <class Archive>
+  void archive(Archive& a) {
+    a(histograms, carried, totals);
+  }
+};
+
+// What a contact that lasted at the start had lost before.
+struct EarlierLoss {
+  Index first_id = 0, second_id = 0;
+  double start_time = 0, normal_loss = 0, tangential_loss = 0;
+  template <class Archive>
+  void archive(Archive& a) {
+    a(first_id, second_id, start_time, normal_loss, tangential_loss);
+  }
+};
+
+struct CollisionSpectrum {
+  static constexpr double lowest = 1e-12, highest = 1e6;  // of the bins; what lies beyond is in the first or the last [J]
+  TimeBlocks<SpectrumSums> ended;
+  SpectrumSums lasting;             // at `until`
+  double from = 0, until = 0;       // [s]
+  double charge_mass = 0;           // [kg]
+  int bins_per_decade = 10;
+  double long_contact = 0;          // [s]
+  std::vector<std::string> species;
+  std::vector<EarlierLoss> earlier;  // sorted by ids and start
+  bool began = false;
+
+  // Begins at the first call at or after settings.start_time.
+  void see(const Simulation& simulation, const ObserverSettings& settings);
+  // Writes down the contacts that last now. May be repeated.
+  void finish(const Simulation& simulation);
+
+  // What was seen from `start` [s] on, to the nearest span of `ended`: sums, and the seconds that they cover.
+  struct Window {
+    SpectrumSums sums;  // lasting contacts included; their `carried` is still to be taken off
+    double from = 0, seconds = 0;
+    EnergySums total() const;  // `carried` taken off: equals the ledger's dissipation over the window
+  };
+  Window window(double start) const;
+
+  std::vector<Headline> headlines(double start) const;
+  std::vector<Table> tables(double start) const;
+
+  int bins() const;
+  int bin_of(double energy) const;
+  double edge(int bin) const;  // the bin's lower end [J]
+  // species a, b ↦ kind; b = 255: a wall.
+  std::size_t kinds() const { return species.size() * (species.size() + 3) / 2; }
+  std::size_t kind_of(std::uint8_t a, std::uint8_t b) const;
+  std::string name_of(std::size_t kind) const;
+
+  template <class Archive>
+  void archive(Archive& a) {
+    a(ended, lasting, from, until, charge_mass, bins_per_decade, long_contact, species, earlier, began);
+  }
+
+ private:
+  void count(const Collision& collision, SpectrumSums& sums) const;
+};
+
+// Impact energies of one collision [J].
+double impact_energy(const Collision& collision);           // ½ m* v_n²
+double relative_impact_energy(const Collision& collision);  // ½ m v² of the lesser mass
+
+}  // namespace quern
