@@ -1,13 +1,21 @@
 // Everything that watches one run. Use: make from settings; see() after every step; finish() before the results are read.
 #pragma once
 #include "src/engine/simulation.hpp"
+#include "src/observe/charge.hpp"
 #include "src/observe/observer_settings.hpp"
+#include "src/observe/shell_force.hpp"
+#include "src/observe/spectrum.hpp"
 #include "src/observe/table.hpp"
+#include "src/observe/torque_power.hpp"
 
 namespace quern {
 
 struct Observers {
   ObserverSettings settings;
+  TorquePower torque_power;
+  ShellForce shell_force;
+  CollisionSpectrum spectrum;
+  Charge charge;
 
   Observers() = default;
   explicit Observers(const ObserverSettings& chosen) : settings(chosen) {}
@@ -19,11 +27,16 @@ struct Observers {
   // Takes in what is still going on (contacts that last). May be called any number of times and the run may go on after it.
   void finish(const Simulation& simulation);
 
+  // Where averages begin [s].
+  double steady_time() const;
   std::vector<Headline> headlines() const;
   std::vector<Table> tables() const;
 
+  // All that was seen, not the settings: those come from the case.
   template <class Archive>
-  void archive(Archive& a);
+  void archive(Archive& a) {
+    a(torque_power, shell_force, spectrum, charge);
+  }
 };
 
 }  // namespace quern

@@ -1,0 +1,52 @@
+#include "src/observe/observers.hpp"
+
+#include <iterator>
+
+namespace quern {
+
+namespace {
+
+template <class T>
+void append(std::vector<T>& all, std::vector<T> more) {
+  all.insert(all.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
+}
+
+}  // namespace
+
+void Observers::see(const Simulation& simulation) {
+  if (settings.power) torque_power.see(simulation, settings);
+  if (settings.shell_force) shell_force.see(simulation, settings);
+  if (settings.spectrum) spectrum.see(simulation, settings);
+  if (settings.charge) charge.see(simulation, settings);
+}
+
+void Observers::finish(const Simulation& simulation) {
+  if (settings.spectrum) spectrum.finish(simulation);
+}
+
+double Observers::steady_time() const {
+  if (settings.start_time >= 0) return settings.start_time;
+  return settings.power ? torque_power.steady_time(settings) : 0.0;
+}
+
+std::vector<Headline> Observers::headlines() const {
+  const double from = steady_time();
+  std::vector<Headline> all;
+  if (settings.power) append(all, torque_power.headlines(settings));
+  if (settings.shell_force) append(all, shell_force.headlines(settings, from));
+  if (settings.charge) append(all, charge.headlines(from));
+  if (settings.spectrum) append(all, spectrum.headlines(from));
+  return all;
+}
+
+std::vector<Table> Observers::tables() const {
+  const double from = steady_time();
+  std::vector<Table> all;
+  if (settings.power) append(all, torque_power.tables());
+  if (settings.shell_force) append(all, shell_force.tables(settings, from));
+  if (settings.charge) append(all, charge.tables(settings, from));
+  if (settings.spectrum) append(all, spectrum.tables(from));
+  return all;
+}
+
+}  // namespace quern
