@@ -44,7 +44,7 @@ struct Frame {
 // Pose of each frame at time t [s] in the fixed frame, in the order of the list. Exact, not stepped: no drift.
 std::vector<Pose> poses_at(const std::vector<Frame>& frames, double time);
 
-// A body at rest at `rest` in a frame, seen from the fixed frame.
+// A body whose pose in a frame is `rest`, seen from the fixed frame. Its own velocities in the frame, if any, are added.
 Pose carried(const Pose& frame, const Pose& rest);
 
 }  // namespace quern

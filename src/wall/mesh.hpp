@@ -17,15 +17,24 @@ struct BoxTree {
   std::vector<Index> order;
 };
 
+// A triangle's corners and unit normal side by side, as the touches read them. Without area the normal is zero.
+struct Facet {
+  Vec3 corner[3];
+  Vec3 normal;
+};
+
+// A sheet of triangles; a sphere touches it from either side. Made by make_mesh; not changed afterwards.
 struct Mesh {
   std::vector<Vec3> vertices;                     // in the wall's own axes [m]
   std::vector<std::array<Index, 3>> triangles;    // counter-clockwise seen from the free side
+  std::vector<Facet> facets;                      // one for each triangle
   BoxTree tree;
+  double farthest = 0;
 
-  double reach() const;  // greatest distance of a vertex from the origin [m]
+  double reach() const { return farthest; }  // greatest distance of a vertex from the origin [m]
 };
 
-// Builds the tree; call after the vertices and triangles are in place.
+// Builds the facets and the tree.
 Mesh make_mesh(std::vector<Vec3> vertices, std::vector<std::array<Index, 3>> triangles);
 
 // Appends to `found`, ascending, the triangles within `reach` [m] of a point in the mesh's own axes.
@@ -33,8 +42,10 @@ void triangles_near(const Mesh& mesh, const Vec3& point, double reach, std::vect
 
 inline constexpr int most_touches = 8;
 
-// The touches of a sphere with the triangles listed: the local minima of the distance from its centre to their union that
-// are nearer than `radius`, at most `most_touches`, nearest first. Returns their number.
+// The touches of a sphere with the triangles listed (ascending; all those within `radius` of the centre must be there): the local
+// minima of the distance from its centre to their union that are nearer than `radius`, at most `most_touches`, nearest first.
+// Minima whose normals differ by less than a degree count as one, the nearest: a plane whose vertices were rounded to
+// floats stays a plane, a drum cut into 360 facets or more a drum. Returns their number.
 int touch_triangles(const Mesh& mesh, const Index* first, const Index* last, const Vec3& centre, double radius, Touch* touches);
 
 }  // namespace quern

@@ -1,0 +1,196 @@
+#include "src/wall/walls.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace quern {
+namespace {
+
+// The touch of a smooth surface in its own axes; false when it is farther than `radius`. A sphere wholly behind a sheet with one
+// free side does not touch it; a plane has nothing but solid behind.
+bool touch_smooth(const Surface& surface, const Vec3& local, double radius, Touch& touch) {
+  if (const Plane* plane = std::get_if<Plane>(&surface)) {
+    if (local.z() >= radius) return false;
+    touch = plane->touch(local);
+    return true;
+  }
+  touch = std::get_if<Revolved>(&surface)->touch(local);
+  return std::abs(touch.distance) < radius;
+}
+
+void into_fixed_frame(const Pose& pose, Touch* touches, int count) {
+  for (int k = 0; k < count; ++k) {
+    touches[k].point = pose.to_fixed(touches[k].point);
+    touches[k].normal = pose.axes * touches[k].normal;
+  }
+}
+
+// The touches of a candidate now, in the fixed frame.
+int touch_candidate(const Wall& wall, const WallCandidate& candidate, const ContactBlock& block, const Quad& position, Touch* touches) {
+  const Vec3 local = wall.pose.to_local(vec(position));
+  int count = 0;
+  if (const Mesh* mesh = std::get_if<Mesh>(&wall.surface)) {
+    const Index* triangles = block.triangles.data();
+    count = touch_triangles(*mesh, triangles + candidate.first_triangle, triangles + candidate.last_triangle, local, position.w, touches);
+  } else {
+    count = touch_smooth(wall.surface, local, position.w, touches[0]) ? 1 : 0;
+  }
+  into_fixed_frame(wall.pose, touches, count);
+  return count;
+}
+
+// Gives each touch the slot of last step's touch whose normal is nearest, the closest pairs first; −1 where there is none.
+// Claimed slots become −1 in `old_slots`.
+void match(const Quad* old_normals, Index* old_slots, Index old_count, const Touch* touches, int count, Index* slots) {
+  constexpr double alike = 0.7;
+  std::fill(slots, slots + count, -1);
+  for (;;) {
+    double best = alike;
+    Index best_old = -1;
+    int best_new = -1;
+    for (int k = 0; k < count; ++k) {
+      if (slots[k] >= 0) continue;
+      for (Index o = 0; o < old_count; ++o) {
+        if (old_slots[o] < 0) continue;
+        const double along = dot(xyz(old_normals[o]), triple(touches[k].normal));
+        if (along > best) best = along, best_old = o, best_new = k;
+      }
+    }
+    if (best_old < 0) return;
+    slots[best_new] = old_slots[best_old];
+    old_slots[best_old] = -1;
+  }
+}
+
+WallTouch wall_touch(const Wall& wall, Index index, const Touch& touch, double radius) {
+  const Vec3 arm = touch.point - wall.pose.origin;
+  WallTouch t;
+  set(t.normal, touch.normal);
+  t.normal.w = radius - touch.distance;
+  set(t.velocity, wall.pose.velocity_at(touch.point));
+  set(t.spin, wall.pose.angular_velocity);
+  set(t.point, arm);
+  t.point.w = static_cast<double>(index);
+  return t;
+}
+
+bool earlier(const WallCandidate& a, const WallCandidate& b) {
+  return a.particle != b.particle ? a.particle < b.particle : a.wall < b.wall;
+}
+
+}  // namespace
+
+int touch_wall(const Wall& wall, const Vec3& centre, double radius, Touch* touches) {
+  const Vec3 local = wall.pose.to_local(centre);
+  int count = 0;
+  if (const Mesh* mesh = std::get_if<Mesh>(&wall.surface)) {
+    std::vector<Index> triangles;
+    triangles_near(*mesh, local, radius, triangles);
+    count = touch_triangles(*mesh, triangles.data(), triangles.data() + triangles.size(), local, radius, touches);
+  } else {
+    count = touch_smooth(wall.surface, local, radius, touches[0]) ? 1 : 0;
+  }
+  into_fixed_frame(wall.pose, touches, count);
+  return count;
+}
+
+double closing_speed(const Wall& wall, double domain_size) {
+  const Pose& pose = wall.pose;
+  const Vec3 axis = pose.axes.col(2);
+  if (std::holds_alternative<Plane>(wall.surface))
+    return std::abs(pose.velocity.dot(axis)) + pose.angular_velocity.cross(axis).norm() * domain_size;
+  if (const Revolved* r = std::get_if<Revolved>(&wall.surface)) {
+    const double reach = std::max(std::hypot(r->radius_0, r->z_0), std::hypot(r->radius_1, r->z_1));
+    return pose.velocity.norm() + pose.angular_velocity.cross(axis).norm() * reach;
+  }
+  return pose.velocity.norm() + pose.angular_velocity.norm() * std::get<Mesh>(wall.surface).reach();
+}
+
+void find_wall_candidates(const std::vector<Wall>& walls, const Particles& particles, double skin, ContactBlock& block) {
+  // Only candidates that touch have something to hand over.
+  std::vector<WallCandidate> touching;
+  for (const WallCandidate& c : block.wall_candidates)
+    if (c.touches > 0) touching.push_back(c);
+  std::sort(touching.begin(), touching.end(), earlier);
+  const std::vector<Index> old_slots = std::move(block.wall_slots);
+  const std::vector<Quad> old_normals = std::move(block.wall_normals);
+  block.wall_slots = {};
+  block.wall_normals = {};
+  block.wall_candidates.clear();
+  block.triangles.clear();
+
+  auto old = touching.begin();
+  for (Index i = block.first; i < block.last; ++i) {
+    const Quad& position = particles.position[static_cast<std::size_t>(i)];
+    const double reach = position.w + skin;
+    for (Index w = 0; w < static_cast<Index>(walls.size()); ++w) {
+      const Wall& wall = walls[static_cast<std::size_t>(w)];
+      const Vec3 local = wall.pose.to_local(vec(position));
+      const auto triangles_before = static_cast<Index>(block.triangles.size());
+      bool near = false;
+      if (const Mesh* mesh = std::get_if<Mesh>(&wall.surface)) {
+        triangles_near(*mesh, local, reach, block.triangles);
+        near = static_cast<Index>(block.triangles.size()) > triangles_before;
+      } else {
+        Touch touch;
+        near = touch_smooth(wall.surface, local, reach, touch);
+      }
+      const bool touched = old != touching.end() && old->particle == i && old->wall == w;
+      if (!near && !touched) continue;
+      WallCandidate candidate{i, w, triangles_before, static_cast<Index>(block.triangles.size()), -1, 0};
+      if (touched) {
+        candidate.first_slot = static_cast<Index>(block.wall_slots.size());
+        candidate.touches = old->touches;
+        const auto from = static_cast<std::ptrdiff_t>(old->first_slot);
+        block.wall_slots.insert(block.wall_slots.end(), old_slots.begin() + from, old_slots.begin() + from + old->touches);
+        block.wall_normals.insert(block.wall_normals.end(), old_normals.begin() + from, old_normals.begin() + from + old->touches);
+        ++old;
+      }
+      block.wall_candidates.push_back(candidate);
+    }
+  }
+}
+
+void find_wall_touches(const StepContext& step, const std::vector<Wall>& walls, ContactBlock& block) {
+  const Particles& particles = *step.particles;
+  for (ActiveList& list : block.walls) list.clear();
+  block.wall_touches.clear();
+  // This step's slots and normals are appended behind last step's, which go when all have been matched.
+  const std::size_t old_size = block.wall_slots.size();
+  Touch touches[most_touches];
+  Index slots[most_touches];
+  for (WallCandidate& candidate : block.wall_candidates) {
+    const Wall& wall = walls[static_cast<std::size_t>(candidate.wall)];
+    const auto i = static_cast<std::size_t>(candidate.particle);
+    const int count = touch_candidate(wall, candidate, block, particles.position[i], touches);
+    if (count == 0 && candidate.touches == 0) continue;
+
+    if (candidate.touches > 0) {
+      const auto first_old = static_cast<std::size_t>(candidate.first_slot);
+      Index* old_slots = block.wall_slots.data() + first_old;
+      match(block.wall_normals.data() + first_old, old_slots, candidate.touches, touches, count, slots);
+      for (Index o = 0; o < candidate.touches; ++o) {
+        if (old_slots[o] < 0) continue;
+        end_collision(step, block, candidate.particle, 0, candidate.wall, old_slots[o], false);
+        block.release_slot(old_slots[o]);
+      }
+    } else {
+      std::fill(slots, slots + count, -1);
+    }
+
+    candidate.first_slot = count > 0 ? static_cast<Index>(block.wall_slots.size() - old_size) : -1;
+    candidate.touches = count;
+    ActiveList& list = block.walls[step.pair_kind[particles.material[i] * step.material_count + wall.material]];
+    for (int k = 0; k < count; ++k) {
+      if (slots[k] < 0) slots[k] = block.take_slot();
+      list.push(candidate.particle, static_cast<Index>(block.wall_touches.size()), slots[k]);
+      block.wall_touches.push_back(wall_touch(wall, candidate.wall, touches[k], particles.position[i].w));
+      block.wall_slots.push_back(slots[k]);
+      block.wall_normals.push_back(block.wall_touches.back().normal);
+    }
+  }
+  block.wall_slots.erase(block.wall_slots.begin(), block.wall_slots.begin() + static_cast<std::ptrdiff_t>(old_size));
+  block.wall_normals.erase(block.wall_normals.begin(), block.wall_normals.begin() + static_cast<std::ptrdiff_t>(old_size));
+}
+
+}  // namespace quern
