@@ -23,7 +23,7 @@ constexpr Entry entries[] = {
 }  // namespace
 
 Table empty_ledger_table() {
-  Table table{"energy", "the energy ledger against time", {{"t", "s", "simulated time", {}, {}}}};
+  Table table{"energy", "the energy ledger against time", {{"time", "s", "simulated time", {}, {}}}};
   for (const Entry& entry : entries) table.columns.push_back({entry.name, "J", entry.description, {}, {}});
   return table;
 }

@@ -7,13 +7,20 @@
 
 namespace quern {
 
+// A direction from the mill's axis to mark on the shell.
+struct ShellMark {
+  std::string label;
+  Vec3 direction;  // unit, across the axis
+};
+
 struct PictureRequest {
   std::string directory;
-  std::string title;                // above every picture; may be empty
-  Vec3 view_axis = Vec3::Zero();    // of charge.png; zero: found from the walls
+  std::string title;              // above every picture; may be empty
+  Vec3 view_axis = Vec3::Zero();  // of charge.png, towards the viewer; zero: found from the walls
   const Simulation* simulation = nullptr;  // none: no charge.png
-  const std::vector<Table>* tables = nullptr;
-  const std::vector<Headline>* headlines = nullptr;
+  std::vector<ShellMark> marks;
+  std::vector<Table> tables;
+  std::vector<Headline> headlines;
 };
 
 struct Drawn {
@@ -21,8 +28,8 @@ struct Drawn {
   std::vector<std::string> remarks;  // one plain sentence where pictures were skipped
 };
 
-// charge.png, and, where the tables for them are there, spectrum.png, power.png and energy.png. Never throws for want of a
-// screen or of memory for it: says so in the remarks.
+// charge.png, and, where the tables for them are there, spectrum.png, power.png and energy.png. Where they cannot be drawn, a
+// remark says so; a run does not fail for a picture.
 Drawn draw_pictures(const PictureRequest& request);
 
 }  // namespace quern

@@ -6,6 +6,7 @@
 #include <optional>
 #include "src/base/error.hpp"
 #include "src/engine/simulation.hpp"
+#include "src/observe/angles.hpp"
 #include "src/observe/observers.hpp"
 #include "src/output/health.hpp"
 #include "src/output/ledger_table.hpp"
@@ -120,6 +121,18 @@ std::string listed(const std::vector<std::string>& words) {
   return out;
 }
 
+std::vector<ShellMark> shell_marks(const MillView& view, const std::vector<Headline>& headlines) {
+  std::vector<ShellMark> marks;
+  for (const auto& [key, label] : {std::pair("shoulder_angle", "shoulder"), std::pair("toe_angle", "toe")}) {
+    for (const Headline& headline : headlines) {
+      if (headline.key != key || !std::isfinite(headline.value)) continue;
+      const double angle = headline.value * degree;
+      marks.push_back({fmt::format("{} {:.0f}°", label, headline.value), std::cos(angle) * view.up + std::sin(angle) * view.ahead});
+    }
+  }
+  return marks;
+}
+
 // Tables and pictures of what has been reached; called at the end, also of a run that fails.
 void conclude(Simulation& s, Observers& observers, const OutputSettings& settings, const RunOptions& options, Writer& writer, RunSummary& summary) {
   observers.finish(s);
@@ -128,7 +141,14 @@ void conclude(Simulation& s, Observers& observers, const OutputSettings& setting
   writer.results(tables, summary.headlines);
   if (settings.pictures) {
     tables.push_back(writer.energy());
-    const Drawn drawn = draw_pictures({options.directory, settings.title, settings.view_axis, &s, &tables, &summary.headlines});
+    const std::string title = settings.title.empty() ? settings.name : settings.title;
+    Vec3 axis = settings.view_axis;
+    std::vector<ShellMark> marks;
+    if (const auto view = observers.settings.mill ? view_of(*observers.settings.mill, s.gravity) : std::nullopt) {
+      if (axis.isZero()) axis = view->axis;
+      marks = shell_marks(*view, summary.headlines);
+    }
+    const Drawn drawn = draw_pictures({options.directory, title, axis, &s, marks, std::move(tables), summary.headlines});
     writer.files().insert(writer.files().end(), drawn.files.begin(), drawn.files.end());
     summary.remarks.insert(summary.remarks.end(), drawn.remarks.begin(), drawn.remarks.end());
   }
@@ -187,7 +207,7 @@ RunSummary run_simulation(Simulation& s, Observers& observers, const OutputSetti
     s.measure_energy();
     writer.frame(s);
     conclude(s, observers, settings, options, writer, summary);
-  } catch (const RunError& error) {
+  } catch (const std::exception& error) {
     if (failure.empty()) throw;
     throw RunError(fmt::format("The run failed {}. Saving what there was failed too: {}", failure, error.what()));
   }

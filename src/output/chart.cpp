@@ -1,0 +1,99 @@
+#include "src/output/chart.hpp"
+#include <algorithm>
+#include <cmath>
+
+namespace quern {
+namespace {
+
+const Table* find(const std::vector<Table>& tables, const std::string& name) {
+  const auto found = std::find_if(tables.begin(), tables.end(), [&](const Table& table) { return table.name == name; });
+  return found == tables.end() ? nullptr : &*found;
+}
+
+const Column* find(const Table& table, const std::string& name) {
+  const auto found = std::find_if(table.columns.begin(), table.columns.end(), [&](const Column& column) { return column.name == name; });
+  return found == table.columns.end() ? nullptr : &*found;
+}
+
+const Headline* find(const std::vector<Headline>& headlines, const std::string& key) {
+  const auto found = std::find_if(headlines.begin(), headlines.end(), [&](const Headline& headline) { return headline.key == key; });
+  return found == headlines.end() ? nullptr : &*found;
+}
+
+std::string titled(const std::string& what, const std::string& title) { return title.empty() ? what : what + " · " + title; }
+
+// Contacts that ended, against the energy they dissipated; one curve for each pair of bodies.
+std::vector<Chart> spectrum_chart(const Table& table, const std::string& title) {
+  const Column *measure = find(table, "measure"), *pair = find(table, "pair"), *type = find(table, "class"), *energy = find(table, "energy"),
+               *rate = find(table, "rate"), *low = find(table, "rate_low"), *high = find(table, "rate_high");
+  if (!measure || !pair || !type || !energy || !rate || !low || !high) return {};
+  Panel panel{"dissipated energy [J]", "collisions per second, per bin [1/s]", true, true, {}};
+  for (std::size_t row = 0; row < rate->values.size(); ++row) {
+    if (measure->labels[row] != "dissipated" || type->labels[row] != "collision" || !(rate->values[row] > 0)) continue;
+    auto curve = std::find_if(panel.curves.begin(), panel.curves.end(), [&](const Curve& c) { return c.name == pair->labels[row]; });
+    if (curve == panel.curves.end()) curve = panel.curves.insert(curve, Curve{pair->labels[row], {}, {}, {}, {}, true});
+    curve->x.push_back(energy->values[row]);
+    curve->y.push_back(rate->values[row]);
+    curve->lower.push_back(low->values[row]);
+    curve->upper.push_back(high->values[row]);
+  }
+  if (panel.curves.empty()) return {};
+  return {{"spectrum.png", titled("Collision spectrum", title), {panel}}};
+}
+
+// A level line from where averages begin to the end of the series.
+void add_mean(Panel& panel, const std::vector<Headline>& headlines, const std::string& key, const std::vector<double>& time) {
+  const Headline* mean = find(headlines, key);
+  if (!mean || time.empty() || !std::isfinite(mean->value)) return;
+  const Headline* steady = find(headlines, "steady_from");
+  Curve level{mean->ci95 ? "mean and its 95 % interval" : "mean", {steady ? steady->value : time.front(), time.back()}, {mean->value, mean->value}, {}, {}, false};
+  if (mean->ci95) level.lower.assign(2, (*mean->ci95)[0]), level.upper.assign(2, (*mean->ci95)[1]);
+  panel.curves.push_back(level);
+}
+
+std::vector<Chart> power_chart(const Table& table, const std::vector<Headline>& headlines, const std::string& title) {
+  const Column *time = find(table, "time"), *power = find(table, "power"), *torque = find(table, "torque");
+  if (!time || !power || time->values.size() < 2) return {};
+  Chart chart{"power.png", titled("Power", title), {}};
+  for (const Column* column : {power, torque}) {
+    if (!column) continue;
+    Panel panel{"time [s]", column->name + " [" + column->unit + "]", false, false, {}};
+    panel.curves.push_back({column->name, time->values, column->values, {}, {}, false});
+    add_mean(panel, headlines, column->name, time->values);
+    chart.panels.push_back(panel);
+  }
+  return {chart};
+}
+
+// Above what is stored, below what went in and where it went.
+std::vector<Chart> energy_chart(const Table& table, const std::string& title) {
+  const Column* time = find(table, "time");
+  if (!time || time->values.size() < 2) return {};
+  const auto curve = [&](const char* name, const char* spoken, bool from_start) {
+    Curve out{spoken, time->values, {}, {}, {}, false};
+    if (const Column* column = find(table, name))
+      for (const double value : column->values) out.y.push_back(value - (from_start ? column->values.front() : 0));
+    return out;
+  };
+  Panel stored{"time [s]", "stored [J]", false, false, {curve("kinetic", "kinetic", false), curve("potential", "potential, since the start", true), curve("elastic", "elastic", false)}};
+  Panel passed{"time [s]", "since the start [J]", false, false,
+               {curve("wall_work", "work of the walls", false), curve("normal_loss", "lost along the normal", false), curve("sliding_loss", "lost by sliding", false),
+                curve("rolling_loss", "lost by rolling", false), curve("gap", "unaccounted for", false)}};
+  std::erase_if(passed.curves, [](const Curve& c) {
+    return c.name != "unaccounted for" && std::all_of(c.y.begin(), c.y.end(), [](double y) { return y == 0; });
+  });
+  return {{"energy.png", titled("Energy", title), {stored, passed}}};
+}
+
+}  // namespace
+
+std::vector<Chart> charts_of(const std::vector<Table>& tables, const std::vector<Headline>& headlines, const std::string& title) {
+  std::vector<Chart> charts;
+  const auto add = [&](const std::vector<Chart>& more) { charts.insert(charts.end(), more.begin(), more.end()); };
+  if (const Table* table = find(tables, "spectra")) add(spectrum_chart(*table, title));
+  if (const Table* table = find(tables, "power")) add(power_chart(*table, headlines, title));
+  if (const Table* table = find(tables, "energy")) add(energy_chart(*table, title));
+  return charts;
+}
+
+}  // namespace quern

@@ -1,0 +1,31 @@
+// What a chart shows, without how it is drawn.
+#pragma once
+#include <string>
+#include <vector>
+#include "src/observe/table.hpp"
+
+namespace quern {
+
+struct Curve {
+  std::string name;
+  std::vector<double> x, y;
+  std::vector<double> lower, upper;  // of the 95 % interval about y; may be empty
+  bool marks = false;                // a mark and a bar at each point; otherwise a line and a band
+};
+
+struct Panel {
+  std::string x_label, y_label;
+  bool log_x = false, log_y = false;
+  std::vector<Curve> curves;
+};
+
+struct Chart {
+  std::string file;  // without directory
+  std::string title;
+  std::vector<Panel> panels;  // one above the other
+};
+
+// The charts that the tables allow, of: spectrum, power, energy. Headline numbers give means with their intervals.
+std::vector<Chart> charts_of(const std::vector<Table>& tables, const std::vector<Headline>& headlines, const std::string& title);
+
+}  // namespace quern

@@ -1,0 +1,539 @@
+#include "src/output/drawing.hpp"
+#include <fmt/format.h>
+#include <unistd.h>
+#include <vtkActor.h>
+#include <vtkAutoInit.h>
+#include <vtkAxis.h>
+#include <vtkBrush.h>
+#include <vtkCamera.h>
+#include <vtkCellArray.h>
+#include <vtkChartLegend.h>
+#include <vtkChartXY.h>
+#include <vtkColorTransferFunction.h>
+#include <vtkContextActor.h>
+#include <vtkContextScene.h>
+#include <vtkCoordinate.h>
+#include <vtkDoubleArray.h>
+#include <vtkFloatArray.h>
+#include <vtkImageShrink3D.h>
+#include <vtkLight.h>
+#include <vtkNew.h>
+#include <vtkOpenGLSphereMapper.h>
+#include <vtkPNGWriter.h>
+#include <vtkPen.h>
+#include <vtkPlot.h>
+#include <vtkPlotFunctionalBag.h>
+#include <vtkPlotPoints.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkPolyDataMapper.h>
+#include <vtkProperty.h>
+#include <vtkRenderWindow.h>
+#include <vtkRenderer.h>
+#include <vtkScalarBarActor.h>
+#include <vtkSmartPointer.h>
+#include <vtkStringArray.h>
+#include <vtkTable.h>
+#include <vtkTextActor.h>
+#include <vtkTextProperty.h>
+#include <vtkWindowToImageFilter.h>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include "src/base/error.hpp"
+#include "src/output/wall_facets.hpp"
+#include "src/output/whole_file.hpp"
+
+VTK_MODULE_INIT(vtkRenderingOpenGL2)
+VTK_MODULE_INIT(vtkRenderingFreeType)
+VTK_MODULE_INIT(vtkRenderingContextOpenGL2)
+
+namespace quern {
+namespace {
+
+constexpr int width = 1200, height = 900;
+// Drawn so many times larger and then shrunk: smooth edges also of spheres, which multisampling does not reach.
+constexpr int finer = 2;
+using Colour = std::array<double, 3>;
+constexpr Colour ink{0.13, 0.13, 0.15}, steel{0.62, 0.64, 0.67};
+// Okabe & Ito 2008: told apart by every eye.
+constexpr std::array<Colour, 7> palette{{{0.00, 0.45, 0.70}, {0.84, 0.37, 0.00}, {0.00, 0.62, 0.45}, {0.80, 0.47, 0.65},
+                                         {0.34, 0.34, 0.36}, {0.90, 0.62, 0.00}, {0.34, 0.71, 0.91}}};
+
+// VTK's own Arial has no superscripts; DejaVu comes with Debian's fontconfig.
+constexpr const char *font_file = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf",
+                     *bold_font_file = "/usr/share/fonts/truetype/dejavu/DejaVuSans-Bold.ttf";
+bool has_font() { return access(font_file, R_OK) == 0 && access(bold_font_file, R_OK) == 0; }
+
+void set_type(vtkTextProperty* text, int size, bool bold = false) {
+  if (has_font()) {
+    text->SetFontFamily(VTK_FONT_FILE);
+    text->SetFontFile(bold ? bold_font_file : font_file);
+    text->BoldOff();
+  } else {
+    text->SetFontFamilyToArial();
+    text->SetBold(bold);
+  }
+  text->ItalicOff();
+  text->ShadowOff();
+  text->SetFontSize(finer * size);
+  text->SetColor(ink[0], ink[1], ink[2]);
+}
+
+void render(vtkRenderer* renderer, const std::string& path) {
+  vtkNew<vtkRenderWindow> window;
+  window->SetOffScreenRendering(1);
+  window->SetMultiSamples(4);
+  window->SetSize(finer * width, finer * height);
+  window->AddRenderer(renderer);
+  window->Render();
+  vtkNew<vtkWindowToImageFilter> shot;
+  shot->SetInput(window);
+  shot->SetInputBufferTypeToRGB();
+  shot->ReadFrontBufferOff();
+  vtkNew<vtkImageShrink3D> smaller;
+  smaller->SetInputConnection(shot->GetOutputPort());
+  smaller->SetShrinkFactors(finer, finer, 1);
+  smaller->MeanOn();
+  vtkNew<vtkPNGWriter> writer;
+  writer->SetFileName(aside(path).c_str());
+  writer->SetInputConnection(smaller->GetOutputPort());
+  writer->Write();
+  put_in_place(path);
+}
+
+// Viridis (van der Walt & Smith 2015), nine of its colours.
+vtkSmartPointer<vtkColorTransferFunction> speed_colours(double most) {
+  constexpr std::array<Colour, 9> viridis{{{0.267, 0.005, 0.329}, {0.279, 0.175, 0.483}, {0.230, 0.322, 0.546}, {0.173, 0.449, 0.558},
+                                           {0.128, 0.567, 0.551}, {0.158, 0.684, 0.502}, {0.369, 0.789, 0.383}, {0.678, 0.864, 0.190},
+                                           {0.993, 0.906, 0.144}}};
+  auto colours = vtkSmartPointer<vtkColorTransferFunction>::New();
+  for (std::size_t k = 0; k < viridis.size(); ++k) {
+    colours->AddRGBPoint(most * static_cast<double>(k) / (viridis.size() - 1), viridis[k][0], viridis[k][1], viridis[k][2]);
+  }
+  return colours;
+}
+
+// 1, 2 or 5 times a power of ten, not below `value`.
+double round_up(double value) {
+  const double decade = std::pow(10.0, std::floor(std::log10(value)));
+  for (const double step : {1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0})
+    if (value <= step * decade * (1 + 1e-9)) return step * decade;
+  return 10 * decade;
+}
+
+vtkSmartPointer<vtkActor> surface_of(const Facets& facets, const Colour& colour, double opacity) {
+  vtkNew<vtkPoints> points;
+  for (const Vec3& p : facets.points) points->InsertNextPoint(p.data());
+  vtkNew<vtkCellArray> triangles;
+  for (const auto& t : facets.triangles) triangles->InsertNextCell({t[0], t[1], t[2]});
+  vtkNew<vtkPolyData> data;
+  data->SetPoints(points);
+  data->SetPolys(triangles);
+  vtkNew<vtkPolyDataMapper> mapper;
+  mapper->SetInputData(data);
+  auto actor = vtkSmartPointer<vtkActor>::New();
+  actor->SetMapper(mapper);
+  actor->GetProperty()->SetColor(colour[0], colour[1], colour[2]);
+  actor->GetProperty()->SetOpacity(opacity);
+  actor->GetProperty()->SetAmbient(0.35);
+  actor->GetProperty()->SetDiffuse(0.65);
+  return actor;
+}
+
+// The view's own axes: right, up, towards the viewer.
+struct View {
+  Vec3 right, up, towards;
+};
+
+View view_along(const Vec3& axis, const Vec3& gravity) {
+  Vec3 up = -gravity + axis * gravity.dot(axis);
+  if (up.norm() < 1e-9 * (1 + gravity.norm())) up = axis.unitOrthogonal();
+  up.normalize();
+  return {up.cross(axis), up, axis};
+}
+
+// The cut through a jacket, thick enough to be seen: a ring across the view, at its end towards the viewer.
+Facets ring_of(const Vec3& centre, const View& view, double inner, double outer) {
+  Facets ring;
+  constexpr int around = 360;
+  for (Index k = 0; k < around; ++k) {
+    const double angle = 2 * std::numbers::pi * k / around;
+    const Vec3 out = std::cos(angle) * view.right + std::sin(angle) * view.up;
+    ring.points.push_back(centre + inner * out);
+    ring.points.push_back(centre + outer * out);
+    const Index a = 2 * k, b = a + 1, c = 2 * ((k + 1) % around), d = c + 1;
+    ring.triangles.push_back({a, b, d});
+    ring.triangles.push_back({a, d, c});
+  }
+  return ring;
+}
+
+void add_walls(vtkRenderer* renderer, const Simulation& s, const View& view, const Surroundings& shown) {
+  for (const Wall& wall : s.walls) {
+    const Revolved* revolved = std::get_if<Revolved>(&wall.surface);
+    const bool along_view = revolved && std::abs(wall.pose.axes.col(2).dot(view.towards)) > 1 - 1e-6;
+    if (along_view && revolved->z_0 == revolved->z_1) continue;  // an end wall would hide what is behind it
+    if (along_view && revolved->radius_0 == revolved->radius_1) {
+      const double z = (wall.pose.axes.col(2).dot(view.towards) > 0) == (revolved->z_1 > revolved->z_0) ? revolved->z_1 : revolved->z_0;
+      const double r = revolved->radius_0, thick = 0.035 * r;
+      const bool holds = revolved->side != Revolved::Side::outside;
+      auto ring = surface_of(ring_of(wall.pose.to_fixed({0, 0, z}), view, holds ? r : r - thick, holds ? r + thick : r), steel, 1.0);
+      ring->GetProperty()->LightingOff();
+      renderer->AddActor(ring);
+      continue;
+    }
+    // Meshes stand as they are, so that lifters show; what else there is lets the particles shine through.
+    const bool mesh = std::holds_alternative<Mesh>(wall.surface);
+    auto actor = surface_of(facets_of(wall, shown, 180), steel, mesh ? 1.0 : 0.18);
+    if (mesh) actor->GetProperty()->SetAmbient(0.75), actor->GetProperty()->SetDiffuse(0.25);
+    renderer->AddActor(actor);
+  }
+}
+
+void add_balls(vtkRenderer* renderer, const Particles& p, vtkColorTransferFunction* colours) {
+  vtkNew<vtkPoints> points;
+  vtkNew<vtkFloatArray> speed, radius;
+  speed->SetName("speed");
+  radius->SetName("radius");
+  vtkNew<vtkCellArray> vertices;
+  for (Index i = 0; i < p.owned; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const Quad &x = p.position[k], &v = p.velocity[k];
+    if (!std::isfinite(x.x + x.y + x.z + v.x + v.y + v.z)) continue;
+    const vtkIdType row = points->InsertNextPoint(x.x, x.y, x.z);
+    speed->InsertNextValue(static_cast<float>(length(xyz(v))));
+    radius->InsertNextValue(static_cast<float>(x.w));
+    vertices->InsertNextCell(1, &row);
+  }
+  vtkNew<vtkPolyData> data;
+  data->SetPoints(points);
+  data->SetVerts(vertices);
+  data->GetPointData()->AddArray(radius);
+  data->GetPointData()->SetScalars(speed);
+  vtkNew<vtkOpenGLSphereMapper> mapper;
+  mapper->SetInputData(data);
+  mapper->SetScaleArray("radius");
+  mapper->SetLookupTable(colours);
+  mapper->UseLookupTableScalarRangeOn();
+  mapper->InterpolateScalarsBeforeMappingOff();
+  vtkNew<vtkActor> actor;
+  actor->SetMapper(mapper);
+  actor->GetProperty()->SetAmbient(0.22);
+  actor->GetProperty()->SetDiffuse(0.80);
+  actor->GetProperty()->SetSpecular(0.30);
+  actor->GetProperty()->SetSpecularPower(40);
+  renderer->AddActor(actor);
+}
+
+void add_light(vtkRenderer* renderer, double x, double y, double z, double strength) {
+  vtkNew<vtkLight> light;
+  light->SetLightTypeToCameraLight();
+  light->SetPosition(x, y, z);
+  light->SetFocalPoint(0, 0, 0);
+  light->SetIntensity(strength);
+  renderer->AddLight(light);
+}
+
+void add_text(vtkRenderer* renderer, const std::string& words, double x, double y, int size, bool bold, bool centred, const Vec3* place = nullptr) {
+  if (words.empty()) return;
+  vtkNew<vtkTextActor> text;
+  text->SetInput(words.c_str());
+  set_type(text->GetTextProperty(), size, bold);
+  if (centred) text->GetTextProperty()->SetJustificationToCentered();
+  text->GetTextProperty()->SetVerticalJustificationToCentered();
+  if (place) {
+    text->GetPositionCoordinate()->SetCoordinateSystemToWorld();
+    text->GetPositionCoordinate()->SetValue(place->x(), place->y(), place->z());
+  } else {
+    text->SetPosition(finer * x, finer * y);
+  }
+  renderer->AddActor2D(text);
+}
+
+double speed_scale(const Particles& p) {
+  // The 99.5th percentile, so that one fast ball does not darken all the others.
+  std::vector<double> speeds;
+  for (Index i = 0; i < p.owned; ++i) {
+    const double v = length(xyz(p.velocity[static_cast<std::size_t>(i)]));
+    if (std::isfinite(v)) speeds.push_back(v);
+  }
+  if (speeds.empty()) return 1;
+  std::sort(speeds.begin(), speeds.end());
+  const double high = speeds[static_cast<std::size_t>(0.995 * static_cast<double>(speeds.size() - 1))];
+  return high > 1e-12 ? round_up(high) : 1.0;
+}
+
+}  // namespace
+
+void draw_charge(const ChargePicture& picture, const std::string& path) {
+  const Simulation& s = *picture.simulation;
+  const View view = view_along(picture.axis, s.gravity);
+  const Surroundings shown = surroundings(s.walls, s.particles.position);
+
+  vtkNew<vtkRenderer> renderer;
+  renderer->SetBackground(1, 1, 1);
+  renderer->AutomaticLightCreationOff();
+  add_light(renderer, -0.6, 0.8, 1.0, 0.85);
+  add_light(renderer, 0.8, 0.1, 0.7, 0.30);
+  add_walls(renderer, s, view, shown);
+  const auto colours = speed_colours(speed_scale(s.particles));
+  add_balls(renderer, s.particles, colours);
+
+  // What the view must hold, across the axis: the extent of everything that is drawn.
+  double half_width = 0, half_height = 0;
+  double left = 1e300, right = -1e300, low = 1e300, high = -1e300;
+  const auto hold = [&](const Vec3& point, double r) {
+    const Vec3 d = point - shown.centre;
+    left = std::min(left, d.dot(view.right) - r), right = std::max(right, d.dot(view.right) + r);
+    low = std::min(low, d.dot(view.up) - r), high = std::max(high, d.dot(view.up) + r);
+  };
+  for (Index i = 0; i < s.particles.owned; ++i) {
+    const Quad& q = s.particles.position[static_cast<std::size_t>(i)];
+    if (std::isfinite(q.x + q.y + q.z)) hold(vec(q), q.w);
+  }
+  for (const Wall& wall : s.walls)
+    if (!std::holds_alternative<Plane>(wall.surface))
+      for (const Vec3& point : facets_of(wall, shown).points) hold(point, 0);
+  if (right < left) left = low = -1, right = high = 1;
+  half_width = 0.5 * (right - left), half_height = 0.5 * (high - low);
+  const Vec3 middle = shown.centre + 0.5 * (left + right) * view.right + 0.5 * (low + high) * view.up;
+
+  for (const ShellMark& mark : picture.marks) {
+    const double r = std::max(half_width, half_height);
+    const Vec3 from = middle + 0.9 * r * mark.direction + 2 * shown.radius * view.towards;
+    const Vec3 to = middle + 1.08 * r * mark.direction + 2 * shown.radius * view.towards;
+    const Vec3 side = 0.004 * r * view.towards.cross(mark.direction);
+    auto line = surface_of({{from - side, from + side, to + side, to - side}, {{0, 1, 2}, {0, 2, 3}}}, {0.80, 0.10, 0.10}, 1.0);
+    line->GetProperty()->LightingOff();
+    renderer->AddActor(line);
+    const Vec3 place = middle + 1.2 * r * mark.direction;
+    add_text(renderer, mark.label, 0, 0, 20, false, true, &place);
+  }
+
+  // The drawing stands left of the scale, below the title and above the caption.
+  constexpr double free_left = 40, free_right = 960, free_low = 90, free_high = 830;
+  const double margin = picture.marks.empty() ? 1.09 : 1.24;
+  const double metres_per_pixel = margin * std::max(2 * half_width / (free_right - free_left), 2 * half_height / (free_high - free_low));
+  const Vec3 focus = middle + (0.5 * width - 0.5 * (free_left + free_right)) * metres_per_pixel * view.right +
+                     (0.5 * height - 0.5 * (free_low + free_high)) * metres_per_pixel * view.up;
+  vtkCamera* camera = renderer->GetActiveCamera();
+  const Vec3 eye = focus + 10 * std::max(shown.radius, 1e-9) * view.towards;
+  camera->SetFocalPoint(focus.data());
+  camera->SetPosition(eye.data());
+  camera->SetViewUp(view.up.data());
+  camera->ParallelProjectionOn();
+  camera->SetParallelScale(0.5 * height * metres_per_pixel);
+  renderer->ResetCameraClippingRange();
+
+  vtkNew<vtkScalarBarActor> scale;
+  scale->SetLookupTable(colours);
+  scale->SetNumberOfLabels(5);
+  scale->SetUnconstrainedFontSize(true);
+  scale->SetLabelFormat("%.3g");
+  scale->SetBarRatio(0.28);
+  scale->SetPosition(0.855, 0.22);
+  scale->SetWidth(0.085);
+  scale->SetHeight(0.52);
+  scale->DrawFrameOff();
+  set_type(scale->GetLabelTextProperty(), 20);
+  renderer->AddActor2D(scale);
+  add_text(renderer, "speed [m/s]", 1085, 700, 22, false, true);
+  add_text(renderer, picture.title, 0.5 * width, 868, 26, true, true);
+  add_text(renderer, picture.caption, 0.5 * width, 36, 20, false, true);
+
+  render(renderer, path);
+}
+
+namespace {
+
+void fill(vtkDoubleArray* column, const char* name, const std::vector<double>& values) {
+  column->SetName(name);
+  for (const double value : values) column->InsertNextValue(value);
+}
+
+std::string superscript(int number) {
+  static constexpr std::array<const char*, 10> digits{"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
+  std::string out = number < 0 ? "⁻" : "";
+  for (const char c : std::to_string(std::abs(number))) out += digits[static_cast<std::size_t>(c - '0')];
+  return out;
+}
+
+struct Range {
+  double low = 1e300, high = -1e300;
+  void hold(double value) {
+    if (std::isfinite(value)) low = std::min(low, value), high = std::max(high, value);
+  }
+};
+
+// The interval that an axis shows and its ticks, all in its own measure (powers of ten on a log axis).
+struct Scale {
+  double from = 0, to = 1;
+  std::vector<double> ticks;
+  std::vector<std::string> labels;
+};
+
+Scale log_scale(const Range& range, double room_above) {
+  Scale scale;
+  if (!(range.low <= range.high)) return scale;
+  scale.from = std::floor(std::log10(range.low) + 1e-9);
+  scale.to = std::max(std::ceil(std::log10(range.high) - 1e-9), scale.from + 1);
+  scale.to += std::round(room_above * (scale.to - scale.from));
+  const int every = std::max(1, static_cast<int>(scale.to - scale.from + 8) / 9);
+  for (int decade = static_cast<int>(scale.from); decade <= scale.to; ++decade) {
+    scale.ticks.push_back(decade);
+    const bool labelled = (decade - static_cast<int>(scale.from)) % every == 0;
+    scale.labels.push_back(!labelled ? "" : has_font() ? "10" + superscript(decade) : fmt::format("1e{}", decade));
+  }
+  return scale;
+}
+
+Scale linear_scale(Range range, bool to_the_edge, double room_above) {
+  if (!(range.low <= range.high)) range = {0, 1};
+  if (!to_the_edge) range.high += room_above * (range.high - range.low);
+  const double span = range.high > range.low ? range.high - range.low : std::max(std::abs(range.high), 1.0);
+  const double raw = span / 7, decade = std::pow(10.0, std::floor(std::log10(raw)));
+  const double step = decade * (raw <= decade ? 1 : raw <= 2 * decade ? 2 : raw <= 5 * decade ? 5 : 10);
+  const double first = std::floor(range.low / step + 1e-9), last = std::max(std::ceil(range.high / step - 1e-9), first + 1);
+  Scale scale{to_the_edge ? range.low : first * step, to_the_edge ? range.low + span : last * step, {}, {}};
+  for (double k = first; k <= last; ++k) {
+    if (k * step < scale.from - 1e-9 * span || k * step > scale.to + 1e-9 * span) continue;
+    scale.ticks.push_back(k * step);
+    scale.labels.push_back(fmt::format("{:.6g}", k * step));
+  }
+  return scale;
+}
+
+void dress(vtkAxis* axis, const std::string& title, const Scale& scale) {
+  axis->SetTitle(title);
+  set_type(axis->GetTitleProperties(), 24);
+  set_type(axis->GetLabelProperties(), 20);
+  axis->GetPen()->SetWidth(1.5f * finer);
+  axis->GetPen()->SetColorF(ink[0], ink[1], ink[2]);
+  axis->GetGridPen()->SetColorF(0.90, 0.90, 0.91);
+  axis->GetGridPen()->SetWidth(1.0f * finer);
+  axis->SetBehavior(vtkAxis::FIXED);
+  axis->SetRange(scale.from, scale.to);
+  vtkNew<vtkDoubleArray> places;
+  vtkNew<vtkStringArray> labels;
+  for (const double tick : scale.ticks) places->InsertNextValue(tick);
+  for (const std::string& label : scale.labels) labels->InsertNextValue(label);
+  axis->SetCustomTickPositions(places, labels);
+}
+
+vtkPlot* add_line(vtkChartXY* chart, const std::string& name, const std::vector<double>& x, const std::vector<double>& y, const Colour& colour,
+                  float thickness) {
+  vtkNew<vtkTable> table;
+  vtkNew<vtkDoubleArray> xs, ys;
+  fill(xs, "x", x), fill(ys, name.c_str(), y);
+  table->AddColumn(xs), table->AddColumn(ys);
+  vtkPlot* line = chart->AddPlot(vtkChart::LINE);
+  line->SetInputData(table, 0, 1);
+  line->SetLabel(name);
+  line->GetPen()->SetColorF(colour[0], colour[1], colour[2]);
+  line->SetWidth(finer * thickness);
+  return line;
+}
+
+void add_band(vtkChartXY* chart, const std::vector<double>& x, const std::vector<double>& low, const std::vector<double>& high, const Colour& colour) {
+  vtkNew<vtkTable> table;
+  vtkNew<vtkDoubleArray> xs, band;
+  fill(xs, "x", x);
+  band->SetName("band");
+  band->SetNumberOfComponents(2);
+  for (std::size_t k = 0; k < low.size(); ++k) band->InsertNextTuple2(low[k], high[k]);
+  table->AddColumn(xs), table->AddColumn(band);
+  auto* bag = vtkPlotFunctionalBag::SafeDownCast(chart->AddPlot(vtkChart::FUNCTIONALBAG));
+  bag->SetInputData(table, 0, 1);
+  bag->GetPen()->SetLineType(vtkPen::NO_PEN);
+  bag->GetBrush()->SetColorF(colour[0], colour[1], colour[2], 0.30);
+  bag->SetLegendVisibility(false);
+}
+
+// The points of a curve that the axes can show, in the axes' own measure. The chart is drawn on linear axes throughout.
+struct Shown {
+  std::vector<double> x, y, low, high;
+};
+Shown shown(const Curve& curve, const Panel& panel, Range& x_range, Range& y_range) {
+  Shown out;
+  const bool interval = curve.lower.size() == curve.y.size() && curve.upper.size() == curve.y.size();
+  const auto measure = [](bool log, double value) { return log ? std::log10(value) : value; };
+  for (std::size_t k = 0; k < std::min(curve.x.size(), curve.y.size()); ++k) {
+    const double x = curve.x[k], y = curve.y[k];
+    if (!std::isfinite(x) || !std::isfinite(y) || (panel.log_x && x <= 0) || (panel.log_y && y <= 0)) continue;
+    x_range.hold(x), y_range.hold(y);
+    out.x.push_back(measure(panel.log_x, x)), out.y.push_back(measure(panel.log_y, y));
+    if (!interval) continue;
+    // A count of one may come from a mean of nearly nothing: such a bar ends a decade below its point.
+    const double low = panel.log_y ? std::max(curve.lower[k], 0.1 * y) : curve.lower[k], high = curve.upper[k];
+    y_range.hold(low), y_range.hold(high);
+    out.low.push_back(measure(panel.log_y, low)), out.high.push_back(measure(panel.log_y, high));
+  }
+  return out;
+}
+
+void fill_panel(vtkChartXY* chart, const Panel& panel, bool lowest) {
+  Range x_range, y_range;
+  std::vector<Shown> curves;
+  for (const Curve& curve : panel.curves) curves.push_back(shown(curve, panel, x_range, y_range));
+  for (std::size_t k = 0; k < curves.size(); ++k) {
+    const Shown& c = curves[k];
+    const Colour& colour = palette[k % palette.size()];
+    if (c.x.empty()) continue;
+    if (!c.low.empty() && !panel.curves[k].marks) add_band(chart, c.x, c.low, c.high, colour);
+    if (!c.low.empty() && panel.curves[k].marks) {
+      for (std::size_t i = 0; i < c.x.size(); ++i) {
+        vtkPlot* bar = add_line(chart, "", {c.x[i], c.x[i]}, {c.low[i], c.high[i]}, colour, 1.2f);
+        bar->SetLegendVisibility(false);
+      }
+    }
+  }
+  for (std::size_t k = 0; k < curves.size(); ++k) {
+    if (curves[k].x.empty()) continue;
+    vtkPlot* line = add_line(chart, panel.curves[k].name, curves[k].x, curves[k].y, palette[k % palette.size()], panel.curves[k].marks ? 1.5f : 2.2f);
+    if (auto* points = vtkPlotPoints::SafeDownCast(line); points && panel.curves[k].marks) {
+      points->SetMarkerStyle(vtkPlotPoints::CIRCLE);
+      points->SetMarkerSize(8.0f * finer);
+    }
+  }
+  const bool legend = panel.curves.size() > 1;
+  const double room = legend ? 0.04 * static_cast<double>(panel.curves.size()) + 0.02 : 0.0;
+  dress(chart->GetAxis(vtkAxis::BOTTOM), lowest ? panel.x_label : "", panel.log_x ? log_scale(x_range, 0) : linear_scale(x_range, true, 0));
+  dress(chart->GetAxis(vtkAxis::LEFT), panel.y_label, panel.log_y ? log_scale(y_range, room) : linear_scale(y_range, false, room));
+  if (!legend) return;
+  chart->SetShowLegend(true);
+  set_type(chart->GetLegend()->GetLabelProperties(), 20);
+  chart->GetLegend()->SetHorizontalAlignment(vtkChartLegend::RIGHT);
+  chart->GetLegend()->SetVerticalAlignment(vtkChartLegend::TOP);
+  chart->GetLegend()->GetPen()->SetLineType(vtkPen::NO_PEN);
+  chart->GetLegend()->GetBrush()->SetColorF(1, 1, 1, 0.85);
+}
+
+}  // namespace
+
+void draw_chart(const Chart& chart, const std::string& path) {
+  vtkNew<vtkRenderer> renderer;
+  renderer->SetBackground(1, 1, 1);
+  vtkNew<vtkContextActor> canvas;
+  renderer->AddActor(canvas);
+  canvas->GetScene()->SetRenderer(renderer);
+  // The frames of all panels stand exactly below each other.
+  constexpr float left = 130, right = 1160, top = 830, bottom = 85, gap = 45;
+  const auto panels = static_cast<float>(std::max<std::size_t>(chart.panels.size(), 1));
+  const float each = (top - bottom - gap * (panels - 1)) / panels;
+  for (std::size_t k = 0; k < chart.panels.size(); ++k) {
+    const bool lowest = k + 1 == chart.panels.size();
+    vtkNew<vtkChartXY> panel;
+    panel->SetAutoSize(false);
+    panel->SetLayoutStrategy(vtkChart::AXES_TO_RECT);
+    panel->SetSize(vtkRectf(finer * left, finer * (top - each * static_cast<float>(k + 1) - gap * static_cast<float>(k)), finer * (right - left), finer * each));
+    fill_panel(panel, chart.panels[k], lowest);
+    canvas->GetScene()->AddItem(panel);
+  }
+  add_text(renderer, chart.title, 0.5 * width, 868, 26, true, true);
+  render(renderer, path);
+}
+
+}  // namespace quern

@@ -1,0 +1,74 @@
+#include "src/output/pictures.hpp"
+#include <fmt/format.h>
+#include <algorithm>
+#include <cmath>
+#include "src/output/drawing.hpp"
+#include "src/output/hidden_display.hpp"
+
+namespace quern {
+namespace {
+
+// Along the axis of a drum that lies across gravity; otherwise from the front, x to the right.
+Vec3 view_axis_of(const Simulation& s) {
+  for (const Wall& wall : s.walls) {
+    const Vec3 axis = wall.pose.axes.col(2);
+    const bool across = std::abs(axis.dot(s.gravity)) <= 0.1 * s.gravity.norm();
+    if (across && std::holds_alternative<Revolved>(wall.surface)) return axis;
+  }
+  const Vec3 front = -Vec3::UnitY();
+  return std::abs(front.dot(s.gravity)) > 0.9 * s.gravity.norm() && s.gravity.norm() > 0 ? Vec3(Vec3::UnitZ()) : front;
+}
+
+// "power 1.93 ± 0.02 kW" with as many digits as the interval deserves.
+std::string spoken(const Headline& headline) {
+  double value = headline.value, half = headline.ci95 ? 0.5 * ((*headline.ci95)[1] - (*headline.ci95)[0]) : 0;
+  std::string unit = headline.unit == "deg" ? "°" : " " + headline.unit;
+  if (headline.unit == "W" && std::abs(value) >= 1000) value /= 1000, half /= 1000, unit = " kW";
+  std::string name = headline.key;
+  std::replace(name.begin(), name.end(), '_', ' ');
+  if (!(half > 0) || !std::isfinite(half)) return fmt::format("{} {:.4g}{}", name, value, unit);
+  const int decimals = std::clamp(1 - static_cast<int>(std::floor(std::log10(half))), 0, 6);
+  return fmt::format("{} {:.{}f} ± {:.{}f}{}", name, value, decimals, half, decimals, unit);
+}
+
+std::string caption_of(const Simulation& s, const std::vector<Headline>& headlines) {
+  std::string caption = fmt::format("t = {:.4g} s · {} particles", s.clock.time(), s.particles.owned);
+  for (const char* key : {"power", "shoulder_angle", "toe_angle"}) {
+    for (const Headline& headline : headlines)
+      if (headline.key == key && std::isfinite(headline.value)) caption += " · " + spoken(headline);
+  }
+  return caption;
+}
+
+}  // namespace
+
+Drawn draw_pictures(const PictureRequest& request) {
+  Drawn drawn;
+  const std::vector<Chart> charts = charts_of(request.tables, request.headlines, request.title);
+  const bool charge = request.simulation && request.simulation->particles.owned > 0;
+  if (charts.empty() && !charge) return drawn;
+  const HiddenDisplay display;
+  if (!display.ready()) {
+    drawn.remarks.push_back(display.problem());
+    return drawn;
+  }
+  const auto draw = [&](const std::string& file, auto&& how) {
+    try {
+      how(request.directory + "/" + file);
+      drawn.files.push_back(file);
+    } catch (const std::exception& error) {
+      drawn.remarks.push_back("The picture " + file + " is skipped: " + error.what());
+    }
+  };
+  if (charge) {
+    const Simulation& s = *request.simulation;
+    const Vec3 axis = request.view_axis.norm() > 0 ? request.view_axis.normalized() : view_axis_of(s);
+    draw("charge.png", [&](const std::string& path) {
+      draw_charge({&s, axis, request.title, caption_of(s, request.headlines), request.marks}, path);
+    });
+  }
+  for (const Chart& chart : charts) draw(chart.file, [&](const std::string& path) { draw_chart(chart, path); });
+  return drawn;
+}
+
+}  // namespace quern
