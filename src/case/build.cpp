@@ -1,0 +1,301 @@
+#include "src/case/build.hpp"
+#include <fmt/format.h>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include "src/base/error.hpp"
+#include "src/contact/linearize.hpp"
+#include "src/contact/restitution.hpp"
+#include "src/particle/packing.hpp"
+#include "src/wall/stl.hpp"
+
+namespace quern {
+namespace {
+
+constexpr double tolerated_overlap = 1e-6;  // at the start, in radii
+
+[[noreturn]] void refuse(const std::string& where, const std::string& key, const std::string& what) {
+  std::string sentence = fmt::format("{}: {}: {}", where, key, what);
+  if (sentence.back() != '.' && sentence.back() != '?') sentence += '.';
+  throw InputError(sentence);
+}
+
+std::string key_of(const PairCase& pair) { return pair.a == "default" ? "pair.default" : "pair." + pair.a + "." + pair.b; }
+
+Mat3 axes_with_z(const Vec3& z) { return Rotation::FromTwoVectors(Vec3::UnitZ(), z).toRotationMatrix(); }
+
+Wall wall_of(const WallCase& w, Index frame, const Pose& carrier) {
+  Wall wall;
+  wall.name = w.name;
+  wall.material = w.material;
+  wall.frame = frame;
+  wall.rest.origin = w.point;
+  wall.rest.axes = axes_with_z(w.axis);
+  wall.pose = frame < 0 ? wall.rest : carried(carrier, wall.rest);
+  switch (w.type) {
+    case WallCase::Type::plane: wall.surface = Plane{}; break;
+    case WallCase::Type::cylinder:
+    case WallCase::Type::cone: wall.surface = Revolved{w.radius, -0.5 * w.length, w.end_radius, 0.5 * w.length, w.side}; break;
+    case WallCase::Type::disc: wall.surface = Revolved{w.inner_radius, 0, w.radius, 0, Revolved::Side::both}; break;
+    case WallCase::Type::mesh:
+      try {
+        StlReport report;
+        wall.surface = read_stl(w.file, w.scale, report);
+        if (!report.closed) refuse(w.where, "wall." + w.name + ".file", fmt::format("found an open surface with {} open edges in {}; allowed is a closed one", report.open_edges, w.file));
+      } catch (const InputError& e) {
+        const std::string what = e.what();
+        if (what.starts_with(w.where)) throw;
+        refuse(w.where, "wall." + w.name + ".file", what);
+      }
+      break;
+  }
+  return wall;
+}
+
+struct Largest {
+  double diameter = 0, mass = 0;
+};
+
+// The greatest particle of each material.
+std::vector<Largest> largest_of(const Simulation& s) {
+  std::vector<Largest> largest(s.materials.size());
+  for (Index i = 0; i < s.particles.owned; ++i) {
+    Largest& one = largest[s.particles.material[static_cast<std::size_t>(i)]];
+    if (2 * s.particles.radius(i) > one.diameter) one = {2 * s.particles.radius(i), s.particles.mass(i)};
+  }
+  return largest;
+}
+
+void make_laws(const Case& c, Simulation& s) {
+  const std::size_t count = s.materials.size();
+  const std::vector<Largest> largest = largest_of(s);
+  std::vector<bool> on_walls(count);
+  for (const Wall& wall : s.walls) on_walls[wall.material] = true;
+  s.pair_kind.assign(count * count, 0);
+  for (std::size_t a = 0; a < count; ++a) {
+    for (std::size_t b = a; b < count; ++b) {
+      const bool balls_a = largest[a].diameter > 0, balls_b = largest[b].diameter > 0;
+      if (!((balls_a && (balls_b || on_walls[b])) || (balls_b && on_walls[a]))) continue;
+      const PairCase* chosen = nullptr;
+      for (const PairCase& pair : c.pairs) {
+        if (pair.a == "default" && chosen == nullptr) chosen = &pair;
+        const std::string &first = s.materials[a].name, &second = s.materials[b].name;
+        if ((pair.a == first && pair.b == second) || (pair.a == second && pair.b == first)) chosen = &pair;
+      }
+      if (!chosen)
+        throw InputError(fmt::format("{}: pair.{}.{} is missing, but {} and {} can meet; needed is a table of that name or [pair.default].", c.file,
+                                     s.materials[a].name, s.materials[b].name, s.materials[a].name, s.materials[b].name));
+      const Largest& ball = largest[a].diameter > largest[b].diameter ? largest[a] : largest[b];
+      if (s.pair_laws.size() >= 255) throw InputError(c.file + ": more than 255 pairs of materials can meet; allowed are at most 255.");
+      s.pair_laws.push_back(law_of(*chosen, s.materials[a], s.materials[b], ball.mass, ball.diameter, c.file));
+      s.pair_kind[a * count + b] = s.pair_kind[b * count + a] = static_cast<std::uint8_t>(s.pair_laws.size() - 1);
+    }
+  }
+}
+
+Region region_of(const InsertCase& insert, const Case& c) {
+  Region region;
+  if (insert.shape == InsertCase::Shape::mill) return inside_of(*c.mill);
+  region.pose.origin = insert.centre;
+  switch (insert.shape) {
+    case InsertCase::Shape::box: region.shape = BoxRegion{-0.5 * insert.size, 0.5 * insert.size}; break;
+    case InsertCase::Shape::sphere: region.shape = SphereRegion{insert.radius}; break;
+    default:
+      region.shape = CylinderRegion{insert.radius, -0.5 * insert.length, 0.5 * insert.length};
+      region.pose.axes = axes_with_z(insert.axis);
+  }
+  return region;
+}
+
+bool same_place(const InsertCase& a, const InsertCase& b) {
+  return a.method == b.method && a.shape == b.shape && a.centre == b.centre && a.axis == b.axis && a.size == b.size && a.radius == b.radius &&
+         a.length == b.length && a.velocity == b.velocity && a.spin == b.spin;
+}
+
+void add_ball(Simulation& s, const Case& c, std::uint8_t species, const Vec3& centre, double diameter, const Vec3& velocity, const Vec3& spin) {
+  const SpeciesCase& kind = c.species[species];
+  const auto row = static_cast<std::size_t>(s.particles.add_sphere(triple(centre), 0.5 * diameter, kind.density, kind.material, species));
+  set(s.particles.velocity[row], velocity);
+  set(s.particles.spin[row], spin);
+}
+
+void refuse_overlaps(const InsertCase& insert, const Simulation& s) {
+  const double overlap = largest_overlap(s.particles.position, s.walls, s.domain);
+  if (overlap > tolerated_overlap)
+    refuse(insert.where, "insert." + insert.name, fmt::format("found particles that overlap each other or a wall by {:.3g} of the smaller radius at the start; allowed is none", overlap));
+}
+
+// Listed particles first, since the packed ones make way for them.
+void insert_particles(const Case& c, Simulation& s) {
+  for (std::size_t k = 0; k < c.inserts.size(); ++k) {
+    const InsertCase& insert = c.inserts[k];
+    if (insert.method != InsertCase::Method::list) continue;
+    RandomStream random(c.seed, 1000 + k);
+    for (const InsertCase::Ball& ball : insert.balls) {
+      const double diameter = ball.diameter > 0 ? ball.diameter : c.species[insert.species].sizes.sample(random);
+      add_ball(s, c, insert.species, ball.position, diameter, ball.velocity, ball.spin);
+    }
+    refuse_overlaps(insert, s);
+  }
+  std::vector<bool> done(c.inserts.size());
+  for (std::size_t k = 0; k < c.inserts.size(); ++k) {
+    const InsertCase& first = c.inserts[k];
+    if (done[k] || first.method == InsertCase::Method::list) continue;
+    PackingRequest request;
+    request.region = region_of(first, c);
+    request.reference_volume = c.mill ? volume(*c.mill) : 0;
+    if (c.gravity.norm() > 0) request.gravity = c.gravity;
+    request.domain = s.domain;
+    request.present = s.particles.position;
+    request.seed = c.seed + k;
+    // What goes into the same place in the same way is packed together, so that it mixes.
+    for (std::size_t other = k; other < c.inserts.size(); ++other) {
+      const InsertCase& insert = c.inserts[other];
+      if (done[other] || !same_place(first, insert)) continue;
+      done[other] = true;
+      const SpeciesCase& species = c.species[insert.species];
+      request.portions.push_back({insert.species, species.density, species.sizes, insert.count, insert.mass, insert.filling});
+    }
+    try {
+      const Packing packing = first.method == InsertCase::Method::rain ? pack_rain(request, s.walls) : pack_dense(request, s.walls);
+      if (packing.largest_overlap > tolerated_overlap)
+        throw InputError(fmt::format("the packing found leaves overlaps of {:.3g} radii; ask for less, or a larger region", packing.largest_overlap));
+      for (std::size_t i = 0; i < packing.position.size(); ++i)
+        add_ball(s, c, packing.species[i], packing.position[i], packing.diameter[i], first.velocity, first.spin);
+    } catch (const InputError& e) {
+      refuse(first.where, "insert." + first.name, e.what());
+    }
+  }
+}
+
+double bulk_volume(const Particles& particles) {
+  double sum = 0;
+  for (Index i = 0; i < particles.owned; ++i) sum += 4.0 / 3.0 * std::numbers::pi * std::pow(particles.radius(i), 3);
+  return sum / (1 - bulk_porosity);
+}
+
+// The greatest speed of approach to reckon with: in a mill, shell against a ball that fell through it; otherwise the fastest
+// ball against one like it, after falling through the space the balls take up.
+double greatest_speed(const Case& c, const Simulation& s) {
+  const double g = c.gravity.norm();
+  if (c.mill) return 0.5 * c.mill->diameter * std::abs(c.mill->speed) + std::sqrt(2 * g * c.mill->diameter);
+  double fastest = 0, low = 1e300, high = -1e300;
+  for (Index i = 0; i < s.particles.owned; ++i) {
+    const auto row = static_cast<std::size_t>(i);
+    fastest = std::max(fastest, vec(s.particles.velocity[row]).norm());
+    const double height = g > 0 ? -vec(s.particles.position[row]).dot(c.gravity) / g : 0;
+    low = std::min(low, height - s.particles.radius(i)), high = std::max(high, height + s.particles.radius(i));
+  }
+  for (const Wall& wall : s.walls)
+    if (g > 0) low = std::min(low, -wall.pose.origin.dot(c.gravity) / g);
+  return std::max(0.1, 2 * fastest + std::sqrt(2 * g * std::max(0.0, high - low)));
+}
+
+void choose_time_step(const Case& c, Built& built) {
+  Simulation& s = built.simulation;
+  built.expected_speed = greatest_speed(c, s);
+  built.limit = time_step_limit(s, built.expected_speed, c.time_step_fraction);
+  s.clock.time_step = c.time_step.value_or(built.limit.recommended);
+  if (s.clock.time_step <= built.limit.limit) return;
+  const std::string too_large = fmt::format("found {:.3g} s, above the limit of {:.3g} s: {}", s.clock.time_step, built.limit.limit, built.limit.reason);
+  if (!c.unsafe_time_step) throw InputError(fmt::format("{}: time_step.value: {}. Allowed is less, or time_step.unsafe = true.", c.file, too_large));
+  built.warnings.push_back("time_step.value: " + too_large + "; the case says that it is unsafe.");
+}
+
+void fill_observers(const Case& c, Built& built) {
+  ObserverSettings& o = built.observe = c.observe;
+  const std::vector<Wall>& walls = built.simulation.walls;
+  for (const std::string& name : c.driven_walls) {
+    const auto found = std::find_if(walls.begin(), walls.end(), [&](const Wall& wall) { return wall.name == name; });
+    if (found == walls.end()) {
+      std::string names;
+      for (const Wall& wall : walls) names += (names.empty() ? "" : ", ") + wall.name;
+      throw InputError(fmt::format("{}: observe.driven_walls: found \"{}\", which is no wall; allowed is one of {}.", c.file, name, names));
+    }
+    o.driven_walls.push_back(static_cast<int>(found - walls.begin()));
+  }
+  if (!c.mill) return;
+  o.mill = MillAxis{c.mill->centre, c.mill->axis.normalized(), c.mill->speed, 0.5 * c.mill->diameter, c.mill->length, c.mill->lifters.count > 0 ? c.mill->lifters.height : 0};
+}
+
+}  // namespace
+
+PairLaw law_of(const PairCase& pair, const Material& a, const Material& b, double mass, double diameter, const std::string& file) {
+  const auto elastic = [&] {
+    for (const Material* m : {&a, &b})
+      if (!(m->young > 0)) throw InputError(fmt::format("{}: material.{}.young is missing, needed for the law of {}; allowed is more than 0 Pa, or a text such as \"206 GPa\".", file, m->name, key_of(pair)));
+  };
+  const auto tangential = [&](double normal) { return pair.tangential_stiffness.value_or(pair.tangential_ratio * normal); };
+  const auto power = [&] { return PowerLaw{*pair.stiffness_coefficient, pair.stiffness_exponent, *pair.damping_coefficient, pair.damping_exponent, 0, pair.friction}; };
+  PairLaw law{Linear{}, pair.rolling};
+  switch (pair.law) {
+    case LawKind::linear: {
+      const double k = pair.normal_stiffness ? *pair.normal_stiffness : std::pow(*pair.penetration_factor * *pair.max_speed / diameter, 2) * mass;
+      law.law = Linear{k, tangential(k), linear_damping_ratio(*pair.restitution), pair.friction};
+      break;
+    }
+    case LawKind::hertz_mindlin:
+      elastic();
+      law.law = HertzMindlin{effective_young(a, b), effective_shear(a, b), hertz_damping_ratio(*pair.restitution), pair.friction};
+      break;
+    case LawKind::deresiewicz: {
+      elastic();
+      const double d = pair.reference_diameter.value_or(diameter);
+      const double ball = mass * std::pow(d / diameter, 3), young = effective_young(a, b);
+      const double poisson = 0.5 * (a.poisson + b.poisson);
+      law.law = Deresiewicz{young, deresiewicz_damping_modulus(young, *pair.restitution, 0.25 * d, 0.5 * ball, pair.reference_speed),
+                            pair.friction * (2 - poisson) / (2 * (1 - poisson)), pair.friction};
+      break;
+    }
+    case LawKind::power_law: {
+      PowerLaw chosen = power();
+      chosen.tangential_stiffness = tangential(linearize(chosen, *pair.impact_mass, *pair.impact_speed).stiffness);
+      law.law = chosen;
+      break;
+    }
+    case LawKind::linearized: {
+      double k = pair.normal_stiffness.value_or(0), q = pair.normal_damping.value_or(0);
+      if (pair.stiffness_coefficient) {
+        const Linearization l = linearize(power(), *pair.impact_mass, *pair.impact_speed);
+        k = l.stiffness, q = l.damping;
+      }
+      law.law = Linearized{k, q, tangential(k), pair.friction};
+      break;
+    }
+  }
+  return law;
+}
+
+Built build_case(const Case& c) {
+  Built built;
+  Simulation& s = built.simulation;
+  built.warnings = c.warnings;
+  s.materials = c.materials;
+  for (const SpeciesCase& species : c.species) s.species.push_back({species.name, species.material});
+  s.domain = c.domain;
+  s.gravity = c.gravity;
+
+  if (c.mill) s.frames.push_back(frame_of(*c.mill));
+  const auto frame_index = [&](const std::string& name) {
+    const auto found = std::find_if(s.frames.begin(), s.frames.end(), [&](const Frame& frame) { return frame.name == name; });
+    return name.empty() ? Index{-1} : static_cast<Index>(found - s.frames.begin());
+  };
+  for (const FrameCase& frame : c.frames) s.frames.push_back({frame.name, frame_index(frame.parent), frame.motion});
+  if (c.mill) s.walls = walls_of(*c.mill, 0);
+  const std::vector<Pose> poses = poses_at(s.frames, 0);
+  for (const WallCase& wall : c.walls) {
+    const Index frame = frame_index(wall.frame);
+    s.walls.push_back(wall_of(wall, frame, frame < 0 ? Pose{} : poses[static_cast<std::size_t>(frame)]));
+  }
+
+  insert_particles(c, s);
+  make_laws(c, s);
+  choose_time_step(c, built);
+  fill_observers(c, built);
+  if (c.mill) built.filling = bulk_volume(s.particles) / volume(*c.mill);
+  return built;
+}
+
+Simulation build(const Case& c) { return build_case(c).simulation; }
+
+}  // namespace quern

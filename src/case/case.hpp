@@ -1,0 +1,121 @@
+// A case: everything that a user can ask for, checked, in SI units. Plain data; src/case/build.hpp makes a simulation of it.
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+#include "mills/frame.hpp"
+#include "mills/tumbling.hpp"
+#include "src/base/domain.hpp"
+#include "src/contact/rolling.hpp"
+#include "src/material/material.hpp"
+#include "src/observe/observer_settings.hpp"
+#include "src/particle/size_distribution.hpp"
+
+namespace quern {
+
+enum class LawKind { linear, hertz_mindlin, deresiewicz, power_law, linearized };
+
+// What a table [pair.<a>.<b>] says.
+struct PairCase {
+  std::string a, b;   // "default" twice for [pair.default]
+  std::string where;  // in the file
+  LawKind law = LawKind::hertz_mindlin;
+  std::optional<double> restitution;            // [-]
+  double friction = 0;                          // [-]
+  std::optional<double> normal_stiffness;       // [N/m]
+  std::optional<double> penetration_factor;     // [-]
+  std::optional<double> max_speed;              // [m/s]
+  std::optional<double> tangential_stiffness;   // [N/m]
+  double tangential_ratio = 0;                  // [-]
+  std::optional<double> normal_damping;         // [kg/s]
+  std::optional<double> stiffness_coefficient;  // [N/m^r]
+  double stiffness_exponent = 0;
+  std::optional<double> damping_coefficient;    // [N s/m^(s+1)]
+  double damping_exponent = 0;
+  std::optional<double> impact_mass;            // [kg]
+  std::optional<double> impact_speed;           // [m/s]
+  double reference_speed = 0;                   // [m/s]
+  std::optional<double> reference_diameter;     // [m]
+  Rolling rolling;
+};
+
+struct SpeciesCase {
+  std::string name;
+  std::uint8_t material = 0;
+  double density = 0;  // [kg/m³]
+  SizeDistribution sizes;
+};
+
+struct FrameCase {
+  std::string name, parent;  // parent "": the fixed frame
+  Motion motion;
+};
+
+struct WallCase {
+  enum class Type { plane, cylinder, cone, disc, mesh };
+  std::string name, frame, where;
+  Type type = Type::plane;
+  std::uint8_t material = 0;
+  Vec3 point = Vec3::Zero(), axis = Vec3::UnitZ();
+  double radius = 0, end_radius = 0, inner_radius = 0, length = 0;  // [m]
+  Revolved::Side side = Revolved::Side::both;
+  std::string file;  // mesh, absolute
+  double scale = 1;
+};
+
+struct InsertCase {
+  enum class Method { packing, rain, list };
+  enum class Shape { mill, box, cylinder, sphere };
+  struct Ball {
+    Vec3 position, velocity, spin;  // [m], [m/s], [rad/s]
+    double diameter = 0;            // [m]; 0: drawn from the species
+  };
+  std::string name, where;
+  std::uint8_t species = 0;
+  Method method = Method::packing;
+  std::int64_t count = 0;  // one of count, mass, filling
+  double mass = 0;         // [kg]
+  double filling = 0;
+  Vec3 velocity = Vec3::Zero(), spin = Vec3::Zero();
+  std::vector<Ball> balls;  // list
+  Shape shape = Shape::mill;
+  Vec3 centre = Vec3::Zero(), axis = Vec3::UnitZ(), size = Vec3::Zero();
+  double radius = 0, length = 0;  // [m]
+};
+
+struct OutputCase {
+  double frames = 0, energy = 0;  // intervals [s]
+  bool paraview = true, trajectory = true, pictures = true;
+};
+
+struct Case {
+  std::string file;   // as the user wrote it
+  std::string name, title;
+  std::string text;   // the complete case, TOML
+  double duration = 0;  // [s]
+  std::uint64_t seed = 1;
+  Vec3 gravity{0, 0, -9.81};  // [m/s²]
+  std::optional<double> time_step;  // [s]
+  double time_step_fraction = 0.2;
+  bool unsafe_time_step = false;
+  std::vector<Material> materials;
+  std::vector<PairCase> pairs;
+  std::vector<SpeciesCase> species;
+  std::vector<FrameCase> frames;  // parents before their children
+  std::vector<WallCase> walls;
+  std::optional<TumblingMill> mill;
+  double critical_speed = 0;      // of the mill with the largest ball [rad/s]; 0 without a mill
+  std::vector<InsertCase> inserts;
+  Domain domain;                  // the periodic directions of the case; a mill may add one
+  OutputCase output;
+  ObserverSettings observe;       // driven_walls and mill are filled when the simulation is built
+  std::vector<std::string> driven_walls;
+  std::vector<std::string> warnings;  // plain sentences
+};
+
+// Reads a case with the overrides ("key=value") laid over it. Throws InputError: one or two sentences that name file, line and
+// key, what was found, what is allowed and the nearest valid word.
+Case read_case(const std::string& file, const std::vector<std::string>& overrides = {});
+
+}  // namespace quern

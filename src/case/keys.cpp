@@ -1,0 +1,296 @@
+#include "src/case/keys.hpp"
+#include <fmt/format.h>
+#include <algorithm>
+#include <sstream>
+
+namespace quern {
+namespace {
+
+using enum KeyKind;
+constexpr Range any{};
+constexpr Range positive{0, no_bound, true};
+constexpr Range not_negative{0, no_bound, false};
+constexpr Range up_to_one{0, 1, true};
+constexpr Range share{0, 1, false};
+
+constexpr Key table[] = {
+    // The run
+    {"name", text, "", "", any, "", "Name of the case; default: of its folder, or of its file", ""},
+    {"title", text, "", "\"\"", any, "", "One line that says what the case is", ""},
+    {"duration", number, "s", "required", positive, "", "Simulated time", ""},
+    {"seed", whole, "1", "1", {0, 9e15}, "", "Seed of everything drawn at random", ""},
+    {"gravity", vector, "m/s2", "[0, 0, -9.81]", {-1e6, 1e6}, "", "Gravity in the fixed frame", ""},
+    {"time_step.value", number, "s", "", positive, "", "Time step; default: fraction of the limit", ""},
+    {"time_step.fraction", number, "1", "0.2", up_to_one, "", "Fraction of the Rayleigh time that the automatic step takes for Hertzian contacts", "S4 eq. 4; Li et al. 2005"},
+    {"time_step.unsafe", flag, "", "false", any, "", "Allow a time step above the limit", ""},
+
+    // Materials and pairs
+    {"material.<name>.density", number, "kg/m3", "required", positive, "", "Density", ""},
+    {"material.<name>.young", number, "Pa", "", positive, "", "Young's modulus; needed by hertz_mindlin and deresiewicz", ""},
+    {"material.<name>.poisson", number, "1", "0.3", {-0.99, 0.5}, "", "Poisson's ratio", ""},
+    {"pair.<a>.<b>.law", word, "", "\"hertz_mindlin\"", any, "linear hertz_mindlin deresiewicz power_law linearized", "Contact law of two materials; pair.default serves every pair without a table of its own", ""},
+    {"pair.<a>.<b>.restitution", number, "1", "", up_to_one, "", "Coefficient of restitution of a head-on collision", "Schwager & Pöschel 2007"},
+    {"pair.<a>.<b>.friction", number, "1", "0", {0, 100}, "", "Coefficient of sliding friction", ""},
+    {"pair.<a>.<b>.normal_stiffness", number, "N/m", "", positive, "", "linear, linearized: stiffness of the normal spring", "S0 eq. 1, table 3"},
+    {"pair.<a>.<b>.penetration_factor", number, "1", "", positive, "", "linear, instead of normal_stiffness: f in k = f² m v²/d², which lets a ball of the pair's greatest mass m and diameter d penetrate d/f at max_speed", "S0 eq. 2"},
+    {"pair.<a>.<b>.max_speed", number, "m/s", "", positive, "", "linear, with penetration_factor: the greatest speed v that is expected", "S0 eq. 2"},
+    {"pair.<a>.<b>.tangential_stiffness", number, "N/m", "", not_negative, "", "linear, power_law, linearized: stiffness of the tangential spring", "S0 table 3"},
+    {"pair.<a>.<b>.tangential_ratio", number, "1", "0.6666666666666666", {0, 10}, "", "Tangential stiffness over normal stiffness, where tangential_stiffness is not given", "S0 table 3"},
+    {"pair.<a>.<b>.normal_damping", number, "kg/s", "", not_negative, "", "linearized: damping q' of the normal dashpot", "S0 table 2"},
+    {"pair.<a>.<b>.stiffness_coefficient", number, "1", "", positive, "", "power_law, linearized: k in k δ^r [N/m^r]", "S0 eq. 12"},
+    {"pair.<a>.<b>.stiffness_exponent", number, "1", "1.6", {1, 3}, "", "power_law, linearized: r", "S0 eq. 13"},
+    {"pair.<a>.<b>.damping_coefficient", number, "1", "", not_negative, "", "power_law, linearized: q in q δ^s v [N s/m^(s+1)]", "S0 eq. 12"},
+    {"pair.<a>.<b>.damping_exponent", number, "1", "0.8", {0, 3}, "", "power_law, linearized: s", "S0 eq. 13"},
+    {"pair.<a>.<b>.impact_mass", number, "kg", "", positive, "", "power_law, linearized from k and q: effective mass of the typical impact", "S0 eqs. 23–24"},
+    {"pair.<a>.<b>.impact_speed", number, "m/s", "", positive, "", "power_law, linearized from k and q: speed of the typical impact", "S0 eqs. 23–24"},
+    {"pair.<a>.<b>.reference_speed", number, "m/s", "1", positive, "", "deresiewicz: the speed at which the restitution is as asked; it falls with speed", "S2 eqs. 1.3–1.4"},
+    {"pair.<a>.<b>.reference_diameter", number, "m", "", positive, "", "deresiewicz: the ball whose restitution is as asked; default: the largest of the pair", "S2 eqs. 1.3–1.4"},
+    {"pair.<a>.<b>.rolling", word, "", "\"elastic_plastic\"", any, "none constant_torque elastic_plastic", "Model of rolling resistance", "S2 eq. 1.2; Ai et al. 2011"},
+    {"pair.<a>.<b>.rolling_friction", number, "1", "0", {0, 10}, "", "Coefficient of rolling friction; 0 switches rolling resistance off", "S2 eq. 1.2; Ai et al. 2011"},
+    {"pair.<a>.<b>.rolling_damping", number, "1", "0.3", {0, 10}, "", "elastic_plastic: damping of the rolling spring over critical damping", "Ai et al. 2011"},
+
+    // Species and their sizes
+    {"species.<name>.material", name, "", "required", any, "", "Material of its particles", ""},
+    {"species.<name>.density", number, "kg/m3", "", positive, "", "Density; default: of the material", ""},
+    {"species.<name>.sizes", word, "", "", any, "mono list lognormal rosin_rammler table", "Kind of size distribution; default: told by the keys that are given", ""},
+    {"species.<name>.diameter", number, "m", "", positive, "", "mono: diameter", ""},
+    {"species.<name>.diameters", numbers, "m", "", positive, "", "list: the diameters", ""},
+    {"species.<name>.counts", numbers, "1", "", not_negative, "", "list: how many of each diameter, in proportion", ""},
+    {"species.<name>.mass_fractions", numbers, "1", "", not_negative, "", "list: mass of each diameter, in proportion", ""},
+    {"species.<name>.median", number, "m", "", positive, "", "lognormal: median diameter", "Hatch & Choate 1929"},
+    {"species.<name>.sigma", number, "1", "", {0, 3, true}, "", "lognormal: standard deviation of ln d", "Hatch & Choate 1929"},
+    {"species.<name>.weight", word, "", "\"mass\"", any, "number mass", "lognormal: what the median counts", ""},
+    {"species.<name>.size", number, "m", "", positive, "", "rosin_rammler: the size below which 63.2 % of the mass is", "Rosin & Rammler 1933"},
+    {"species.<name>.modulus", number, "1", "", {0, 100, true}, "", "rosin_rammler: modulus of uniformity", "Rosin & Rammler 1933"},
+    {"species.<name>.smallest", number, "m", "", positive, "", "lognormal, rosin_rammler: diameters below are cut off", ""},
+    {"species.<name>.largest", number, "m", "", positive, "", "lognormal, rosin_rammler: diameters above are cut off", ""},
+    {"species.<name>.table", file, "", "", any, "", "table: CSV file of diameter [m] and mass fraction finer [1], beside the case", ""},
+
+    // Motion frames and walls
+    {"frame.<name>.parent", name, "", "", any, "", "Frame in which this one moves; default: the fixed frame", ""},
+    {"frame.<name>.motion", word, "", "required", any, "rotation table translation oscillation", "How it moves in its parent", ""},
+    {"frame.<name>.axis", vector, "1", "[0, 0, 1]", any, "", "rotation, table: direction of the axis in the parent", ""},
+    {"frame.<name>.centre", vector, "m", "[0, 0, 0]", any, "", "rotation, table: a point of the axis in the parent", ""},
+    {"frame.<name>.speed", number, "rad/s", "0", any, "", "rotation: angular speed", ""},
+    {"frame.<name>.ramp", number, "s", "0", not_negative, "", "rotation: time from rest to full speed", ""},
+    {"frame.<name>.times", numbers, "s", "", any, "", "table: ascending instants", ""},
+    {"frame.<name>.speeds", numbers, "rad/s", "", any, "", "table: angular speed at each instant, linear in between", ""},
+    {"frame.<name>.velocity", vector, "m/s", "[0, 0, 0]", any, "", "translation: velocity in the parent", ""},
+    {"frame.<name>.amplitude", vector, "m", "[0, 0, 0]", any, "", "oscillation: amplitude in the parent", ""},
+    {"frame.<name>.frequency", number, "Hz", "0", not_negative, "", "oscillation: frequency", ""},
+    {"frame.<name>.phase", number, "rad", "0", any, "", "oscillation: phase at the start", ""},
+    {"wall.<name>.type", word, "", "required", any, "plane cylinder cone disc mesh", "Kind of surface", ""},
+    {"wall.<name>.material", name, "", "required", any, "", "Its material", ""},
+    {"wall.<name>.frame", name, "", "", any, "", "Frame that carries it; default: fixed", ""},
+    {"wall.<name>.point", vector, "m", "[0, 0, 0]", any, "", "A point of a plane, the centre of a disc, the middle of the axis of a cylinder or cone, the place of a mesh's origin", ""},
+    {"wall.<name>.axis", vector, "1", "[0, 0, 1]", any, "", "Normal of a plane or disc (into the free side), axis of a cylinder or cone, direction of a mesh's z axis", ""},
+    {"wall.<name>.radius", number, "m", "", positive, "", "cylinder, disc: radius; cone: radius at the start of the axis", ""},
+    {"wall.<name>.end_radius", number, "m", "", not_negative, "", "cone: radius at the end of the axis", ""},
+    {"wall.<name>.inner_radius", number, "m", "0", not_negative, "", "disc: radius of the hole", ""},
+    {"wall.<name>.length", number, "m", "", positive, "", "cylinder, cone: length", ""},
+    {"wall.<name>.side", word, "", "\"both\"", any, "inside outside both", "cylinder, cone: the side on which particles are", ""},
+    {"wall.<name>.file", file, "", "", any, "", "mesh: STL file (ASCII or binary), beside the case", ""},
+    {"wall.<name>.scale", number, "1", "1", positive, "", "mesh: metres per unit of the file", ""},
+
+    // The mill
+    {"mill.type", word, "", "\"tumbling\"", any, "tumbling", "Kind of mill", ""},
+    {"mill.diameter", number, "m", "", positive, "", "Inside the shell", ""},
+    {"mill.length", number, "m", "", positive, "", "Inside the ends, or the period along a mill without ends", ""},
+    {"mill.speed", number, "rad/s", "", any, "", "Speed of rotation, right-handed about the axis", ""},
+    {"mill.speed_fraction", number, "1", "", {-3, 3}, "", "Speed as a fraction of the critical speed √(2g/(D − d)), with d the greatest diameter of the charge", ""},
+    {"mill.ramp", number, "s", "0", not_negative, "", "Time from rest to full speed", ""},
+    {"mill.filling", number, "1", "", {0, 0.9, true}, "", "Bulk volume of the charge (porosity 0.4) over the volume of the mill; for insertions that tell no amount", ""},
+    {"mill.material", name, "", "", any, "", "Material of shell, lifters and ends; may be left out if the case has only one", ""},
+    {"mill.axis", vector, "1", "[0, 1, 0]", any, "", "Direction of the axis", ""},
+    {"mill.centre", vector, "m", "[0, 0, 0]", any, "", "Middle of the mill", ""},
+    {"mill.ends", word, "", "\"walls\"", any, "walls periodic", "End walls, or a slice of an endless mill (the axis must then lie along x, y or z)", ""},
+    {"mill.lifters.count", whole, "1", "0", {0, 1000}, "", "Number of lifters", ""},
+    {"mill.lifters.height", number, "m", "", positive, "", "Height above the shell", ""},
+    {"mill.lifters.width", number, "m", "", positive, "", "Width at the shell", ""},
+    {"mill.lifters.face_angle", number, "rad", "1.5707963267948966", {0.0, 1.5707963267949, true}, "", "trapezoid: angle between face and shell", ""},
+    {"mill.lifters.shape", word, "", "\"rectangular\"", any, "rectangular trapezoid bar", "Cross-section", ""},
+
+    // What is put in
+    {"insert.<name>.species", name, "", "required", any, "", "What is inserted", ""},
+    {"insert.<name>.method", word, "", "", any, "packing rain list", "packing: dense, from the bottom; rain: at random, dilute; list: at given places. Default: list where positions or a file are given, otherwise packing", ""},
+    {"insert.<name>.count", whole, "1", "", {1, 2e9}, "", "Number of particles", ""},
+    {"insert.<name>.mass", number, "kg", "", positive, "", "Mass of particles", ""},
+    {"insert.<name>.filling", number, "1", "", {0, 0.9, true}, "", "Bulk volume (porosity 0.4) over the volume of the mill, or of the region where there is no mill", ""},
+    {"insert.<name>.velocity", vector, "m/s", "[0, 0, 0]", any, "", "Velocity at the start", ""},
+    {"insert.<name>.spin", vector, "rad/s", "[0, 0, 0]", any, "", "Angular velocity at the start", ""},
+    {"insert.<name>.positions", vectors, "m", "", any, "", "list: centres", ""},
+    {"insert.<name>.file", file, "", "", any, "", "list: CSV file with columns x, y, z [m] and optionally diameter [m], vx, vy, vz [m/s], wx, wy, wz [rad/s]", ""},
+    {"insert.<name>.region.shape", word, "", "\"mill\"", any, "mill box cylinder sphere", "Where packing and rain put particles", ""},
+    {"insert.<name>.region.centre", vector, "m", "[0, 0, 0]", any, "", "Its centre", ""},
+    {"insert.<name>.region.axis", vector, "1", "[0, 0, 1]", any, "", "cylinder: direction of its axis", ""},
+    {"insert.<name>.region.size", vector, "m", "", positive, "", "box: edges along x, y, z", ""},
+    {"insert.<name>.region.radius", number, "m", "", positive, "", "cylinder, sphere: radius", ""},
+    {"insert.<name>.region.length", number, "m", "", positive, "", "cylinder: length", ""},
+
+    // Space
+    {"periodic.x", numbers, "m", "", any, "", "[from, to]: space repeats along x", ""},
+    {"periodic.y", numbers, "m", "", any, "", "[from, to]: space repeats along y", ""},
+    {"periodic.z", numbers, "m", "", any, "", "[from, to]: space repeats along z", ""},
+
+    // What is watched and written
+    {"output.frames", number, "s", "0", not_negative, "", "Time between frames (results.h5, ParaView); 0: only the first and the last state", ""},
+    {"output.energy", number, "s", "0", not_negative, "", "Time between rows of energy.csv; 0: a thousandth of the run", ""},
+    {"output.paraview", flag, "", "true", any, "", "Write frames/*.vtp", ""},
+    {"output.trajectory", flag, "", "true", any, "", "Write the particles of each frame into results.h5", ""},
+    {"output.pictures", flag, "", "true", any, "", "Draw pictures", ""},
+    {"observe.start", number, "s", "", not_negative, "", "Averages begin here; default: where the power is found to be steady", "White 1997"},
+    {"observe.power", flag, "", "true", any, "", "Torque and power of the driven walls", ""},
+    {"observe.power_interval", number, "s", "0.01", positive, "", "Torque and power are averaged over this long", ""},
+    {"observe.driven_walls", names, "", "", any, "", "Walls whose torque makes the power; default: every wall that a frame moves", ""},
+    {"observe.shell_force", flag, "", "true", any, "", "Force on the driven walls against time, and its spectrum", "S1"},
+    {"observe.force_interval", number, "s", "0.001", positive, "", "Time between samples of that force", ""},
+    {"observe.band", numbers, "Hz", "[20, 150]", not_negative, "", "Band of that spectrum", "S1"},
+    {"observe.spectrum", flag, "", "true", any, "", "Collisions and their energy spectra", ""},
+    {"observe.bins_per_decade", whole, "1", "10", {1, 100}, "", "Bins of the energy spectra", ""},
+    {"observe.long_contact", number, "s", "0", not_negative, "", "Contacts that last longer are counted apart; 0: 500 time steps", ""},
+    {"observe.charge", flag, "", "true", any, "", "Angles, heights and polar fields of the charge of a mill", ""},
+    {"observe.charge_interval", number, "s", "0", not_negative, "", "Time between samples of the charge; 0: 1/360 of a revolution, at least 20 steps", ""},
+    {"observe.angle_cells", whole, "1", "120", {12, 3600}, "", "Cells of the polar fields around the mill", ""},
+    {"observe.radius_cells", whole, "1", "20", {2, 1000}, "", "Cells of the polar fields along the radius", ""},
+    {"observe.line.point", vector, "m", "", any, "", "A point of the line of the velocity profile; default: through the mill's centre, across the free surface", ""},
+    {"observe.line.direction", vector, "1", "", any, "", "Direction of that line", ""},
+};
+
+bool is_placeholder(std::string_view segment) { return segment.starts_with('<'); }
+
+// Levenshtein distance; exchanging two neighbours counts one.
+int edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::vector<int>> d(a.size() + 1, std::vector<int>(b.size() + 1));
+  for (std::size_t i = 0; i <= a.size(); ++i) {
+    for (std::size_t j = 0; j <= b.size(); ++j) {
+      if (i == 0 || j == 0) {
+        d[i][j] = static_cast<int>(i + j);
+        continue;
+      }
+      const int change = a[i - 1] == b[j - 1] ? 0 : 1;
+      d[i][j] = std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, d[i - 1][j - 1] + change});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) d[i][j] = std::min(d[i][j], d[i - 2][j - 2] + 1);
+    }
+  }
+  return d[a.size()][b.size()];
+}
+
+bool matches(const Path& pattern, const Path& path, bool prefix) {
+  if (prefix ? path.size() >= pattern.size() : path.size() != pattern.size()) return false;
+  for (std::size_t k = 0; k < path.size(); ++k)
+    if (!is_placeholder(pattern[k]) && pattern[k] != path[k]) return false;
+  return true;
+}
+
+const std::vector<Path>& patterns() {
+  static const std::vector<Path> split = [] {
+    std::vector<Path> all;
+    for (const Key& key : table) all.push_back(split_path(key.path));
+    return all;
+  }();
+  return split;
+}
+
+// [pair.default] stands for two names.
+Path expanded(const Path& path) {
+  if (path.size() >= 2 && path[0] == "pair" && path[1] == "default") {
+    Path longer = path;
+    longer.insert(longer.begin() + 2, "default");
+    return longer;
+  }
+  return path;
+}
+
+}  // namespace
+
+std::span<const Key> all_keys() { return table; }
+
+Path split_path(std::string_view dotted) {
+  Path path(1);
+  for (const char c : dotted) {
+    if (c == '.') path.emplace_back();
+    else path.back() += c;
+  }
+  return path;
+}
+
+std::string join_path(const Path& path) { return fmt::format("{}", fmt::join(path, ".")); }
+
+const Key* find_key(const Path& path) {
+  const Path full = expanded(path);
+  for (std::size_t k = 0; k < patterns().size(); ++k)
+    if (matches(patterns()[k], full, false)) return &table[k];
+  return nullptr;
+}
+
+bool is_table(const Path& path) {
+  const Path full = expanded(path);
+  return std::any_of(patterns().begin(), patterns().end(), [&](const Path& pattern) { return matches(pattern, full, true); });
+}
+
+std::string nearest_key(const Path& path) {
+  const Path full = expanded(path);
+  std::string best;
+  int least = 1 << 20;
+  for (const Path& pattern : patterns()) {
+    int distance = 0;
+    Path named = pattern;
+    for (std::size_t k = 0; k < std::max(pattern.size(), full.size()); ++k) {
+      if (k >= pattern.size() || k >= full.size()) distance += 4;
+      else if (is_placeholder(pattern[k])) named[k] = full[k];
+      else distance += edit_distance(pattern[k], full[k]);
+    }
+    // A key may have been written in the wrong table: its last word decides then.
+    if (!is_placeholder(pattern.back())) distance = std::min(distance, 6 + 3 * edit_distance(pattern.back(), path.back()));
+    if (distance < least) {
+      least = distance;
+      if (named.size() >= 3 && named[0] == "pair" && named[1] == "default" && named[2] == "default") named.erase(named.begin() + 2);
+      best = join_path(named);
+    }
+  }
+  return best;
+}
+
+std::string nearest_word(std::string_view word, const std::vector<std::string>& words) {
+  std::string best;
+  int least = 1 + static_cast<int>(word.size()) / 2;
+  for (const std::string& candidate : words) {
+    const int distance = edit_distance(word, candidate);
+    if (distance <= least) least = distance - 1, best = candidate;
+  }
+  return best;
+}
+
+std::vector<std::string> words_of(const Key& key) {
+  std::istringstream stream(key.words);
+  std::vector<std::string> words;
+  for (std::string one; stream >> one;) words.push_back(one);
+  return words;
+}
+
+std::string allowed_by(const Key& key) {
+  const auto number_words = [&] {
+    const std::string unit = std::string_view(key.unit) == "1" ? "" : fmt::format(" {}", key.unit);
+    const Range& r = key.range;
+    if (r.least == -no_bound && r.most == no_bound) return fmt::format("any finite number{}", unit.empty() ? "" : " in" + unit);
+    if (r.most == no_bound) return fmt::format("{} {}{}", r.above_least ? "more than" : "at least", r.least, unit);
+    return fmt::format("{} {} {} {}{}", r.above_least ? "more than" : "from", r.least, r.above_least ? "and at most" : "to", r.most, unit);
+  };
+  switch (key.kind) {
+    case flag: return "true or false";
+    case word: return fmt::format("one of {}", fmt::join(words_of(key), ", "));
+    case text: return "a text";
+    case name: return "a name";
+    case names: return "a list of names";
+    case file: return "the name of a file";
+    case number: return number_words();
+    case whole: return "a whole number " + number_words();
+    case numbers: return "a list of numbers, each " + number_words();
+    case wholes: return "a list of whole numbers, each " + number_words();
+    case vector: return "three numbers [x, y, z], each " + number_words();
+    case vectors: return "a list of [x, y, z], each number " + number_words();
+  }
+  return "";
+}
+
+}  // namespace quern

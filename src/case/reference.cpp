@@ -1,0 +1,60 @@
+#include "src/case/reference.hpp"
+#include <fmt/format.h>
+#include "src/base/units.hpp"
+#include "src/case/keys.hpp"
+
+namespace quern {
+namespace {
+
+std::string table_of(const Key& key) {
+  Path path = split_path(key.path);
+  path.pop_back();
+  return join_path(path);
+}
+
+std::string default_of(const Key& key) {
+  if (key.required()) return "required";
+  return std::string_view(key.fallback).empty() ? "–" : key.fallback;
+}
+
+std::string escaped(std::string text) {
+  for (std::size_t at = 0; (at = text.find_first_of("|<", at)) != text.npos; at += 2) text.insert(at, "\\");
+  return text;
+}
+
+}  // namespace
+
+std::string keys_as_text(const std::string& prefix) {
+  std::string text;
+  std::string table = "-";
+  for (const Key& key : all_keys()) {
+    if (!std::string_view(key.path).starts_with(prefix)) continue;
+    if (table_of(key) != table) {
+      table = table_of(key);
+      text += fmt::format("{}{}\n", text.empty() ? "" : "\n", table.empty() ? "At the top" : "[" + table + "]");
+    }
+    text += fmt::format("  {:24} {}\n  {:24}   {}; default {}{}\n", split_path(key.path).back(), key.meaning, "", allowed_by(key), default_of(key),
+                        key.source[0] ? fmt::format(" ({})", key.source) : "");
+  }
+  return text;
+}
+
+std::string case_reference() {
+  std::string text =
+      "# Everything a case can set\n\n"
+      "Made by `quern list keys --markdown` from the program's own table. A quantity is a number in the unit shown or a text with its unit\n"
+      "(\"54.5 cm\", \"250 rpm\", \"206 GPa\", \"0.5 %\"). `<name>` stands for a name of yours: letters, digits, `_` and `-`. `[pair.<a>.<b>]` takes\n"
+      "two materials in either order; `[pair.default]` serves the pairs without a table of their own.\n";
+  std::string table = "-";
+  for (const Key& key : all_keys()) {
+    if (table_of(key) != table) {
+      table = table_of(key);
+      text += fmt::format("\n## {}\n\n| key | meaning | allowed | default | source |\n|---|---|---|---|---|\n", table.empty() ? "At the top" : "`[" + table + "]`");
+    }
+    text += fmt::format("| `{}` | {} | {} | {} | {} |\n", split_path(key.path).back(), escaped(key.meaning), escaped(allowed_by(key)),
+                        default_of(key) == "required" || default_of(key) == "–" ? default_of(key) : "`" + default_of(key) + "`", key.source);
+  }
+  return text;
+}
+
+}  // namespace quern

@@ -1,0 +1,13 @@
+// The table of keys as text for people: `quern list keys` and docs/case-reference.md.
+#pragma once
+#include <string>
+
+namespace quern {
+
+// One line per key that begins with `prefix` ("" for all), grouped by table.
+std::string keys_as_text(const std::string& prefix = "");
+
+// The page docs/case-reference.md, Markdown.
+std::string case_reference();
+
+}  // namespace quern

@@ -1,0 +1,20 @@
+// src/cli — the commands of the program, and their progress. Nothing worth testing alone.
+#pragma once
+#include <functional>
+
+namespace CLI {
+class App;
+}
+
+namespace quern {
+
+// Set by the command that the user chose; returns the exit status.
+using Action = std::function<int()>;
+
+void add_run(CLI::App& program, Action& action);
+void add_check(CLI::App& program, Action& action);
+void add_sweep(CLI::App& program, Action& action);
+void add_list(CLI::App& program, Action& action);
+void add_linearize(CLI::App& program, Action& action);
+
+}  // namespace quern

@@ -1,0 +1,89 @@
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <algorithm>
+#include <memory>
+#include "src/case/build.hpp"
+#include "src/cli/commands.hpp"
+#include "src/cli/stop_signal.hpp"
+#include "src/observe/observers.hpp"
+#include "src/output/run.hpp"
+
+namespace quern {
+namespace {
+
+struct RunWords {
+  std::string file, directory;
+  std::vector<std::string> overrides;
+  int threads = 0;
+  bool resume = false, quiet = false;
+};
+
+// More threads than this do not pay.
+int useful_threads(Index particles) {
+  constexpr Index particles_per_thread = 2000;
+  const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  return std::clamp(static_cast<int>(particles / particles_per_thread), 1, cores);
+}
+
+int run(const RunWords& words) {
+  const Case c = read_case(words.file, words.overrides);
+  Built built = build_case(c);
+  for (const std::string& warning : built.warnings) fmt::print(stderr, "Warning: {}\n", warning);
+
+  Simulation& simulation = built.simulation;
+  const int threads = words.threads > 0 ? words.threads : useful_threads(simulation.particles.owned);
+  simulation.team = std::make_shared<ThreadTeam>(threads);
+  Observers observers(built.observe);
+  simulation.start(observers.needs_collisions());
+
+  OutputSettings settings;
+  settings.name = c.name;
+  settings.title = c.title;
+  settings.case_text = c.text;
+  settings.frame_interval = c.output.frames;
+  settings.energy_interval = c.output.energy;
+  settings.vtk_frames = c.output.paraview;
+  settings.trajectory = c.output.trajectory;
+  settings.pictures = c.output.pictures;
+  if (c.mill) {
+    settings.view_axis = c.mill->axis;
+    settings.headlines.push_back({"critical_speed", c.critical_speed, "rad/s", {}, "Speed at which the largest ball stays on the shell"});
+    settings.headlines.push_back({"speed_fraction", c.mill->speed / c.critical_speed, "1", {}, "Speed over critical speed"});
+    settings.headlines.push_back({"filling", built.filling, "1", {}, "Bulk volume of the charge (porosity 0.4) over the volume of the mill"});
+  }
+
+  RunOptions options;
+  options.directory = words.directory.empty() ? "out/" + c.name : words.directory;
+  options.threads = threads;
+  options.resume = words.resume;
+  options.quiet = words.quiet;
+  options.stop_signal = watch_stop_signals();
+  const RunSummary summary = run_simulation(simulation, observers, settings, options, c.duration);
+
+  if (!words.quiet) {
+    for (const Headline& h : summary.headlines) {
+      const std::string unit = h.unit == "1" ? "" : " " + h.unit;
+      const std::string interval = h.ci95 ? fmt::format("  ({:.4g} … {:.4g})", (*h.ci95)[0], (*h.ci95)[1]) : "";
+      fmt::print("{:28} {:.5g}{}{}\n", h.key, h.value, unit, interval);
+    }
+  }
+  for (const std::string& remark : summary.remarks) fmt::print(stderr, "{}\n", remark);
+  if (!words.quiet) fmt::print("Results are in {}\n", options.directory);
+  return summary.finished ? 0 : 128 + summary.stopped_by;
+}
+
+}  // namespace
+
+void add_run(CLI::App& program, Action& action) {
+  auto words = std::make_shared<RunWords>();
+  CLI::App* command = program.add_subcommand("run", "Runs a case and writes its results");
+  command->add_option("CASE", words->file, "Case file (TOML)")->required();
+  command->add_option("--out", words->directory, "Directory of the results; default out/<case name>");
+  command->add_option("--threads", words->threads, "Number of threads; default: as many as pay. Results do not depend on it")->check(CLI::Range(1, 1024));
+  command->add_option("--set", words->overrides, "key=value, laid over the case; may be repeated");
+  command->add_flag("--resume", words->resume, "Go on from the checkpoint in the directory");
+  command->add_flag("--quiet", words->quiet, "No progress, no summary on the terminal");
+  command->callback([words, &action] { action = [words] { return run(*words); }; });
+}
+
+}  // namespace quern
