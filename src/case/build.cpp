@@ -41,7 +41,8 @@ Wall wall_of(const WallCase& w, Index frame, const Pose& carrier) {
       try {
         StlReport report;
         wall.surface = read_stl(w.file, w.scale, report);
-        if (!report.closed) refuse(w.where, "wall." + w.name + ".file", fmt::format("found an open surface with {} open edges in {}; allowed is a closed one", report.open_edges, w.file));
+        if (!report.closed && !w.open)
+          refuse(w.where, "wall." + w.name + ".file", fmt::format("found an open surface with {} open edges in {}; allowed is a closed one, or open = true", report.open_edges, w.file));
       } catch (const InputError& e) {
         const std::string what = e.what();
         if (what.starts_with(w.where)) throw;

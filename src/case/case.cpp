@@ -246,6 +246,7 @@ WallCase read_wall(const Values& v, const std::string& name, const std::vector<s
   wall.side = side == "inside" ? Revolved::Side::inside : side == "outside" ? Revolved::Side::outside : Revolved::Side::both;
   if (type == "mesh") wall.file = beside(v, v.text(t + ".file"));
   wall.scale = v.number(t + ".scale");
+  wall.open = v.flag(t + ".open");
   return wall;
 }
 

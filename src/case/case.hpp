@@ -62,6 +62,7 @@ struct WallCase {
   Revolved::Side side = Revolved::Side::both;
   std::string file;  // mesh, absolute
   double scale = 1;
+  bool open = false;  // mesh: need not be closed
 };
 
 struct InsertCase {

@@ -91,6 +91,7 @@ constexpr Key table[] = {
     {"wall.<name>.side", word, "", "\"both\"", any, "inside outside both", "cylinder, cone: the side on which particles are", ""},
     {"wall.<name>.file", file, "", "", any, "", "mesh: STL file (ASCII or binary), beside the case", ""},
     {"wall.<name>.scale", number, "1", "1", positive, "", "mesh: metres per unit of the file", ""},
+    {"wall.<name>.open", flag, "", "false", any, "", "mesh: allow a surface that is not closed", ""},
 
     // The mill
     {"mill.type", word, "", "\"tumbling\"", any, "tumbling", "Kind of mill", ""},
