@@ -1,5 +1,5 @@
 // Classical models of the power that a tumbling ball mill draws: bands for judging a simulation, not a replacement for it. All take
-// a dry charge and give the power of the charge's motion, without bearings and drive.
+// a dry charge.
 #pragma once
 
 namespace quern {
@@ -41,10 +41,11 @@ MorrellShape morrell_shape(const MillCharge& charge);
 // laboratory mill with lifters at fillings from 0.15 to 0.5 and speeds above about half the critical.
 double morrell_c_power(const MillCharge& charge);  // [W]
 
-// Bond's equation for wet overflow ball mills in metric form: kW per tonne of balls = 4.879 D^0.3 (3.2 − 3 J) φ (1 − 0.1/2^(9 − 10 φ)), D
-// in metres; times 1.08 for dry grinding, as here. Its correction for small balls in mills above 3.3 m is left out. Bond, F. C. (1961),
-// Crushing and grinding calculations, Brit. Chem. Eng. 6, 378–385 and 543–548, in the metric form of Rowland, C. A. & Kjos, D. M. (1980),
-// Rod and ball mills, in Mular & Bhappu (eds), Mineral Processing Plant Design, SME. Fitted to mills of 2.4 m and more.
+// Power at the pinion, bearing losses included. Bond's equation for wet overflow ball mills in metric form: kW per tonne of balls = 4.879
+// D^0.3 (3.2 − 3 J) φ (1 − 0.1/2^(9 − 10 φ)), D in metres; times 1.08 for dry grinding, as here. Its correction for small balls in mills
+// above 3.3 m is left out. Bond, F. C. (1961), Crushing and grinding calculations, Brit. Chem. Eng. 6, 378–385 and 543–548, in the metric
+// form of Rowland, C. A. & Kjos, D. M. (1980), Rod and ball mills, in Mular & Bhappu (eds), Mineral Processing Plant Design, SME. Fitted to
+// mills of 2.4 m and more.
 double bond_power(const MillCharge& charge);  // [W]
 
 }  // namespace quern

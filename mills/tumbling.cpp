@@ -127,12 +127,12 @@ Mesh lifter_mesh(const TumblingMill& mill) {
     }
     for (Index c = 0; c < corners; ++c) {
       const Index next = (c + 1) % corners, low = base + c, low_next = base + next;
-      triangles.push_back({low, low_next, low_next + corners});
-      triangles.push_back({low, low_next + corners, low + corners});
+      triangles.push_back({low, low_next + corners, low_next});
+      triangles.push_back({low, low + corners, low_next + corners});
     }
     for (Index c = 1; c + 1 < corners; ++c) {
-      triangles.push_back({base, base + c + 1, base + c});
-      triangles.push_back({base + corners, base + corners + c, base + corners + c + 1});
+      triangles.push_back({base, base + c, base + c + 1});
+      triangles.push_back({base + corners, base + corners + c + 1, base + corners + c});
     }
   }
   return make_mesh(std::move(vertices), std::move(triangles));

@@ -11,6 +11,7 @@ constexpr double start_fraction = 0.54;  // solid fraction of the part of the re
 constexpr double densest = 0.74;         // solid fraction of the densest packing of equal balls
 constexpr double usual_fraction = 0.58;  // what a random packing reaches without trouble
 constexpr int start_tries = 12;          // places tried for each ball, the best taken
+constexpr int most_tries = 10000;        // for a place without a wall
 constexpr double margin = 0.01;          // pushed this much farther apart than touching, so that pushing comes to an end
 constexpr double relaxation = 1.4;       // of a push, against the overlap (over-relaxation spreads a push through the packing sooner)
 constexpr int most_sweeps = 3000;
@@ -51,13 +52,13 @@ void place_below(double height, const Heights& heights, const PackingRequest& re
     const double radius = charge.ball[k].w;
     double least = 1e300;
     // Far more places are above the height than below when the filling is small; those cost little.
-    for (int tries = 0, outside = 0; tries < start_tries && least > 0;) {
+    for (int tries = 0, outside = 0; least > 0 && (tries < start_tries || least == 1e300) && tries < most_tries;) {
       const Vec3 place = site.random_place(radius, random);
       if (-heights.down.dot(place) > height && ++outside < 100000) continue;
       ++tries;
       const Quad ball = wrapped(request.domain, {place.x(), place.y(), place.z(), radius});
       const double overlap = deepest(grid, charge.ball, request.domain, ball);
-      if (overlap >= least || (tries < start_tries && site.walled(vec(ball), radius))) continue;
+      if (overlap >= least || site.walled(vec(ball), radius)) continue;
       least = overlap, charge.ball[k] = ball;
     }
     if (least == 1e300) throw InputError("No place without a wall was found for a ball in its region.");
@@ -103,24 +104,21 @@ class Pushing {
   // One push for each pair that is nearer than it should be, then the walls. Returns whether nothing overlapped any more.
   bool sweep() {
     if (moved_too_far()) find_neighbours();
-    before_walls_.clear();
-    for (Index i : at_walls_) before_walls_.push_back(at(i));
+    before_ = charge_.ball;
     bool clear = true;
     for (Index i = fixed(); i < size(); ++i) {
       for (std::size_t k = first_[static_cast<std::size_t>(i - fixed())]; k < first_[static_cast<std::size_t>(i - fixed()) + 1]; ++k) {
         if (push(at(i), at(neighbour_[k]), neighbour_[k] < fixed())) clear = false;
       }
     }
-    for (std::size_t k = 0; k < at_walls_.size(); ++k) {
-      Quad& ball = at(at_walls_[k]);
-      // A ball that moves by less than its radius stays on its side of a wall.
-      const Vec3 start = vec(before_walls_[k]), way = vec(ball) - start;
-      const double most = 0.5 * ball.w / std::max(0.5 * ball.w, way.norm());
-      set(ball, site_.moved_off(start + most * way, ball.w * (1 + 0.5 * margin)));
+    for (Index i = fixed(); i < size(); ++i) {
+      // A ball whose centre moves by less than its radius does not change sides of a wall.
+      Quad& ball = at(i);
+      const Vec3 start = vec(before_[static_cast<std::size_t>(i)]), way = vec(ball) - start;
+      const double length = way.norm(), most = 0.5 * ball.w;
+      set(ball, site_.nearest_place(ball.w, length > most ? Vec3(start + most / length * way) : vec(ball)));
     }
-    if (!clear) {
-      for (Index i = fixed(); i < size(); ++i) set(at(i), site_.nearest_place(at(i).w, vec(at(i))));
-    }
+    for (Index i : at_walls_) set(at(i), site_.moved_off(vec(at(i)), at(i).w * (1 + 0.5 * margin)));
     return clear;
   }
 
@@ -180,7 +178,7 @@ class Pushing {
     if (squared >= wanted * wanted) return false;
     const double distance = std::sqrt(squared), push = relaxation * (wanted - distance);
     const Vec3 normal = distance > 1e-12 * sum ? (apart / distance).eval() : Vec3::UnitZ().eval();
-    const double weight_a = a.w * a.w * a.w, weight_b = b.w * b.w * b.w, share_a = b_fixed ? 1 : weight_b / (weight_a + weight_b);
+    const double share_a = b_fixed ? 1 : b.w / (a.w + b.w);
     add(a, -share_a * push * normal);
     if (!b_fixed) add(b, (1 - share_a) * push * normal);
     return distance < sum;
@@ -191,8 +189,8 @@ class Pushing {
   Charge& charge_;
   SphereGrid grid_;
   double skin_ = 0;
-  std::vector<Quad> listed_, before_walls_;  // where the balls were when the neighbours were found, and before a sweep
-  std::vector<std::size_t> first_;           // of each new ball's neighbours
+  std::vector<Quad> listed_, before_;  // where the balls were when the neighbours were found, and before a sweep
+  std::vector<std::size_t> first_;     // of each new ball's neighbours
   std::vector<Index> neighbour_, at_walls_;
 };
 
