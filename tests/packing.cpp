@@ -9,6 +9,8 @@ using namespace quern;
 
 namespace {
 
+constexpr double pi = 3.141592653589793;
+
 std::vector<Quad> balls_of(const Packing& packing) {
   std::vector<Quad> balls;
   for (std::size_t k = 0; k < packing.position.size(); ++k) {
@@ -159,8 +161,10 @@ TEST_CASE("What does not fit is refused with what does", "[packing]") {
   request.portions = {portion(SizeDistribution::mono(0.1), 1.5)};
   CHECK_THROWS_WITH(pack_dense(request, {}), Catch::Contains("fit") && Catch::Contains("filling 0.9"));
   CHECK_THROWS_WITH(pack_rain(request, {}), Catch::Contains("Dense packing fits more"));
-  request.portions = {portion(SizeDistribution::mono(1.2), 0.5)};
+  request.portions = {portion(SizeDistribution::mono(1.2), 0.9)};
   CHECK_THROWS_WITH(pack_dense(request, {}), Catch::Contains("does not fit"));
+  request.portions = {portion(SizeDistribution::mono(0.5), 0.01)};
+  CHECK_THROWS_WITH(pack_dense(request, {}), Catch::Contains("half a ball"));
   request.region.shape = BoxRegion{{0, 0, 0}, {1, -1, 1}};
   CHECK_THROWS_AS(pack_dense(request, {}), InputError);
 }
@@ -178,7 +182,8 @@ TEST_CASE("Overlaps are found among balls, across periodic ends, with walls and 
     const Vec3 p = pose.to_fixed(own);
     return largest_overlap({{p.x(), p.y(), p.z(), radius}}, walls, {});
   };
-  CHECK(at({0, 0.245, 0}, 0.01) == Approx(0.5).epsilon(1e-9));
+  // Half way between two lifters.
+  CHECK(at({0.245 * std::cos(pi / 8), 0.245 * std::sin(pi / 8), 0}, 0.01) == Approx(0.5).epsilon(1e-9));
   CHECK(at({0, 0, 0.095}, 0.01) == Approx(0.5).epsilon(1e-9));
   CHECK(at({0.215, 0, 0}, 0.01) == Approx(0.5).epsilon(1e-9));
   // The middle of a lifter, for a ball too small to touch its faces.

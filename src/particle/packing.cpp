@@ -14,7 +14,7 @@ constexpr int start_tries = 12;          // places tried for each ball, the best
 constexpr int most_tries = 10000;        // for a place without a wall
 constexpr double margin = 0.01;          // pushed this much farther apart than touching, so that pushing comes to an end
 constexpr double relaxation = 1.4;       // of a push, against the overlap (over-relaxation spreads a push through the packing sooner)
-constexpr int most_sweeps = 3000;
+constexpr double most_pushes = 3e8;      // sweeps × balls, within which a packing that is possible comes apart
 
 // How the region's free volume lies in height.
 struct Heights {
@@ -200,7 +200,8 @@ bool pack(const PackingRequest& request, const Site& site, const Heights& height
   place_below(heights.below(solid / start_fraction), heights, request, site, random, charge);
   sort_in_space(charge);
   Pushing pushing(request, site, charge);
-  for (int sweep = 0; sweep < most_sweeps; ++sweep) {
+  const double sweeps = std::clamp(most_pushes / static_cast<double>(charge.ball.size()), 300.0, 3000.0);
+  for (int sweep = 0; sweep < sweeps; ++sweep) {
     if (pushing.sweep() && pushing.overlap() <= 0) return true;
   }
   return false;

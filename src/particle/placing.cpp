@@ -23,6 +23,7 @@ std::vector<double> diameters_of(const Portion& portion, double reference, Rando
     count = std::round(portion.mass / (portion.density * portion.sizes.mean_volume()));
   }
   if (portion.filling > 0) count = std::round(portion.filling * (1 - bulk_porosity) * reference / portion.sizes.mean_volume());
+  if (count < 1) throw InputError("The mass or filling of what is inserted is less than half a ball.");
   if (!(count <= 1e9)) throw InputError("More than 1e9 balls would be inserted.");
   return portion.sizes.draw(static_cast<std::int64_t>(count), random);
 }
