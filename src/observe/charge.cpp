@@ -28,6 +28,11 @@ void add_each(std::vector<double>& sums, const std::vector<double>& more) {
   for (std::size_t k = 0; k < more.size(); ++k) sums[k] += more[k];
 }
 
+// Contact forces are far above a tenth of the weight, drag of the air is far below it.
+bool in_free_flight(const Simulation& simulation, Index i) {
+  return (vec(simulation.particles.acceleration[at(i)]) - simulation.gravity).norm() < 0.1 * simulation.gravity.norm();
+}
+
 // A mean over the three sectors around each.
 std::vector<double> smoothed(const std::vector<double>& x) {
   std::vector<double> out(x.size());
@@ -177,7 +182,7 @@ void Charge::sample(const Simulation& simulation, const MillView& view, ChargeSu
     const Vec3 place = vec(p.position[at(i)]) - view.centre, velocity = vec(p.velocity[at(i)]);
     const double radius = p.radius(i), volume = 4.0 / 3.0 * pi * radius * radius * radius;
     const double ahead = place.dot(view.ahead), up = place.dot(view.up), v_ahead = velocity.dot(view.ahead), v_up = velocity.dot(view.up);
-    const bool near_shell = ahead * ahead + up * up > layer_from * layer_from;
+    const bool held = ahead * ahead + up * up > layer_from * layer_from && !in_free_flight(simulation, i);
     for (const auto& [a, b, weight] : points) {
       const double x = ahead + a * radius, y = up + b * radius;
       const int sector = grid.sector_of(wrapped(std::atan2(x, y) / degree));
@@ -186,14 +191,13 @@ void Charge::sample(const Simulation& simulation, const MillView& view, ChargeSu
       sums.volume[cell] += part;
       sums.flow_ahead[cell] += part * v_ahead;
       sums.flow_up[cell] += part * v_up;
-      if (near_shell) sums.layer[static_cast<std::size_t>(sector)] += part;
+      if (held) sums.layer[static_cast<std::size_t>(sector)] += part;
     }
   }
 }
 
 void Charge::follow(const Simulation& simulation, const MillView& view, ChargeSums& sums) {
   const Particles& p = simulation.particles;
-  const double gravity = simulation.gravity.norm();
   for (Index i = 0; i < p.owned; ++i) {
     const std::size_t id = at(p.id[at(i)]);
     if (id >= balls.size()) balls.resize(id + 1);
@@ -202,17 +206,18 @@ void Charge::follow(const Simulation& simulation, const MillView& view, ChargeSu
     const double height = view.height(place), angle = view.angle(place), radius = p.radius(i);
     const double volume = 4.0 / 3.0 * pi * radius * radius * radius;
     const bool in_layer = view.radius(place) > layer_from;
-    // Contact forces are far above a tenth of the weight, drag of the air is far below it.
-    const bool flying = (vec(p.acceleration[at(i)]) - simulation.gravity).norm() < 0.1 * gravity;
-    if (!ball.known) {
+    const bool flying = in_free_flight(simulation, i);
+    const bool first_seen = !ball.known;
+    if (first_seen) {
       ball.known = 1;
+      ball.last = height;
       ball.lowest = ball.highest = height;
     } else {
       ball.lowest = std::min(ball.lowest, height);
       ball.highest = std::max(ball.highest, height);
-      if (ball.in_layer && !in_layer) sums.leaving[static_cast<std::size_t>(grid.sector_of(ball.layer_angle))] += volume;
+      if (ball.in_layer && !in_layer) sums.leaving[static_cast<std::size_t>(grid.sector_of(ball.held_angle))] += volume;
       if (!ball.in_layer && in_layer) sums.leaving[static_cast<std::size_t>(grid.sector_of(angle))] -= volume;
-      if (ball.flying && !flying) {
+      if (ball.flying && !flying && ball.whole_flight) {
         const double drop = ball.apex - std::min(height, ball.last);
         if (drop > 0.5 * mean_diameter) {
           sums.falls += 1;
@@ -221,9 +226,11 @@ void Charge::follow(const Simulation& simulation, const MillView& view, ChargeSu
         }
       }
     }
+    // A flight that was under way at the first sample has lost its beginning.
+    if (flying && !ball.flying) ball.whole_flight = !first_seen;
     ball.apex = flying ? (ball.flying ? std::max(ball.apex, height) : std::max(ball.last, height)) : height;
     ball.last = height;
-    ball.layer_angle = angle;
+    if (in_layer && (!flying || !ball.in_layer)) ball.held_angle = angle;
     ball.in_layer = in_layer;
     ball.flying = flying;
   }

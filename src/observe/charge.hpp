@@ -40,7 +40,7 @@ struct ChargeSums {
   double samples = 0;
   std::vector<double> volume;               // of particles in each cell, summed over samples [m³]
   std::vector<double> flow_ahead, flow_up;  // volume times velocity [m³ m/s]
-  std::vector<double> layer;                // volume of the particles next to the shell, by sector [m³]
+  std::vector<double> layer;                // volume of the particles next to the shell and not in free flight, by sector [m³]
   std::vector<double> leaving;              // net volume that left that layer inwards, by sector [m³]
   std::vector<ImpactBin> impacts;
   double rises = 0, rise_sum = 0;           // ranges of height within a revolution: number, sum [m]
@@ -56,11 +56,11 @@ struct ChargeSums {
 struct BallTrack {
   double lowest = 0, highest = 0;  // in this revolution [m]
   double apex = 0, last = 0;       // of this flight, and the height at the last sample [m]
-  double layer_angle = 0;          // at the last sample [degrees]
-  std::uint8_t known = 0, in_layer = 0, flying = 0;
+  double held_angle = 0;           // where it last was next to the shell and not in free flight [degrees]
+  std::uint8_t known = 0, in_layer = 0, flying = 0, whole_flight = 0;
   template <class Archive>
   void archive(Archive& a) {
-    a(lowest, highest, apex, last, layer_angle, known, in_layer, flying);
+    a(lowest, highest, apex, last, held_angle, known, in_layer, flying, whole_flight);
   }
 };
 

@@ -38,7 +38,7 @@ struct ObserverSettings {
 
   bool spectrum = true;               // of collisions; needs Simulation::start(true)
   int bins_per_decade = 10;
-  double long_contact = 0;            // contacts that last longer are counted apart [s]; 0: 500 time steps
+  double long_contact = 0;            // contacts that last longer are counted apart [s]; 0: 1000 time steps
 
   bool charge = true;                 // polar fields, angles, heights; needs `mill`
   double charge_interval = 0;         // between samples [s]; 0: 1/360 of a revolution, at least 50 time steps

@@ -15,8 +15,10 @@ constexpr std::size_t histogram_at(std::size_t kind, ContactClass c, EnergyMeasu
 }
 
 auto key_of(const EarlierLoss& e) { return std::make_tuple(e.first_id, e.second_id, e.start_time); }
+// Which of two particles comes first changes when they are sorted in space; a wall is always second.
 EarlierLoss as_earlier(const Collision& c) {
-  return {c.first_id, c.second_id, c.record.start_time, c.record.normal_loss, c.record.tangential_loss};
+  const bool swap = c.second_id >= 0 && c.second_id < c.first_id;
+  return {swap ? c.second_id : c.first_id, swap ? c.first_id : c.second_id, c.record.start_time, c.record.normal_loss, c.record.tangential_loss};
 }
 
 template <class T>
@@ -109,7 +111,7 @@ void CollisionSpectrum::see(const Simulation& simulation, const ObserverSettings
     began = true;
     from = until = now;
     bins_per_decade = settings.bins_per_decade;
-    long_contact = settings.long_contact > 0 ? settings.long_contact : 500 * dt;
+    long_contact = settings.long_contact > 0 ? settings.long_contact : 1000 * dt;
     for (const Species& s : simulation.species) species.push_back(s.name);
     for (Index i = 0; i < simulation.particles.owned; ++i) {
       charge_mass += simulation.particles.mass(i);
