@@ -85,7 +85,7 @@ void set_type(vtkTextProperty* text, int size, bool bold = false) {
 void render(vtkRenderer* renderer, const std::string& path) {
   vtkNew<vtkRenderWindow> window;
   window->SetOffScreenRendering(1);
-  window->SetMultiSamples(4);
+  window->SetMultiSamples(0);
   window->SetSize(finer * width, finer * height);
   window->AddRenderer(renderer);
   window->Render();
@@ -315,7 +315,7 @@ void draw_charge(const ChargePicture& picture, const std::string& path) {
 
   // The drawing stands left of the scale, below the title and above the caption.
   constexpr double free_left = 40, free_right = 960, free_low = 90, free_high = 830;
-  const double margin = picture.marks.empty() ? 1.09 : 1.24;
+  const double margin = picture.marks.empty() ? 1.09 : 1.14;
   const double metres_per_pixel = margin * std::max(2 * half_width / (free_right - free_left), 2 * half_height / (free_high - free_low));
   const Vec3 focus = middle + (0.5 * width - 0.5 * (free_left + free_right)) * metres_per_pixel * view.right +
                      (0.5 * height - 0.5 * (free_low + free_high)) * metres_per_pixel * view.up;
@@ -414,6 +414,8 @@ void dress(vtkAxis* axis, const std::string& title, const Scale& scale) {
   axis->GetPen()->SetColorF(ink[0], ink[1], ink[2]);
   axis->GetGridPen()->SetColorF(0.90, 0.90, 0.91);
   axis->GetGridPen()->SetWidth(1.0f * finer);
+  axis->SetTickLength(6.0f * finer);
+  axis->SetLabelOffset(10.0f * finer);
   axis->SetBehavior(vtkAxis::FIXED);
   axis->SetRange(scale.from, scale.to);
   vtkNew<vtkDoubleArray> places;
@@ -505,6 +507,8 @@ void fill_panel(vtkChartXY* chart, const Panel& panel, bool lowest) {
   if (!legend) return;
   chart->SetShowLegend(true);
   set_type(chart->GetLegend()->GetLabelProperties(), 20);
+  chart->GetLegend()->SetSymbolWidth(30 * finer);
+  chart->GetLegend()->SetPadding(6 * finer);
   chart->GetLegend()->SetHorizontalAlignment(vtkChartLegend::RIGHT);
   chart->GetLegend()->SetVerticalAlignment(vtkChartLegend::TOP);
   chart->GetLegend()->GetPen()->SetLineType(vtkPen::NO_PEN);
