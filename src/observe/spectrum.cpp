@@ -175,7 +175,7 @@ std::vector<Headline> CollisionSpectrum::headlines(double start) const {
     all.add(w.sums.totals[k]);
     if (k % contact_classes != static_cast<std::size_t>(ContactClass::lasting)) ended_sums.add(w.sums.totals[k]);
   }
-  // Spans scatter more than Poisson where the charge as a whole surges; they give the interval when there are enough of them.
+  // Intervals come from the scatter between spans, which sees the charge surge as a whole and energies vary from contact to contact.
   std::vector<double> rate, impact, relative, mean;
   for (std::size_t b = ended.first_from(start); b < ended.blocks.size(); ++b) {
     const auto& block = ended.blocks[b];
@@ -189,19 +189,19 @@ std::vector<Headline> CollisionSpectrum::headlines(double start) const {
     if (sums.count > 0) mean.push_back(sums.loss() / sums.count);
   }
   const auto around = [&](double value, const std::vector<double>& spans) -> std::optional<std::array<double, 2>> {
-    if (spans.size() < 8) {
-      if (ended_sums.count <= 0) return std::nullopt;
-      const auto [low, high] = poisson_interval(ended_sums.count);
-      return {{value * low / ended_sums.count, value * high / ended_sums.count}};
-    }
     const BlockAverage average = block_average(spans);
     if (!average.ci95) return std::nullopt;
     const double half = 0.5 * ((*average.ci95)[1] - (*average.ci95)[0]);
     return {{value - half, value + half}};
   };
   const double count = ended_sums.count, per_second = count / w.seconds;
+  auto rate_interval = around(per_second, rate);
+  if (!rate_interval) {
+    const auto [low, high] = poisson_interval(count);
+    rate_interval = {{low / w.seconds, high / w.seconds}};
+  }
   std::vector<Headline> lines = {
-      {"collision_rate", per_second, "1/s", around(per_second, rate), "contacts that ended per second"},
+      {"collision_rate", per_second, "1/s", rate_interval, "contacts that ended per second"},
       {"impact_energy_rate", ended_sums.impact / w.seconds, "W", around(ended_sums.impact / w.seconds, impact), "E_i: sum of m* v_n^2 / 2 at first touch, per second"},
       {"impact_energy_rate_relative", ended_sums.relative / w.seconds, "W", around(ended_sums.relative / w.seconds, relative),
        "sum of m v^2 / 2 per second, with the lesser mass and the whole relative speed at first touch"},
