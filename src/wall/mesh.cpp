@@ -128,18 +128,28 @@ struct Candidate {
 
 bool shares(const std::array<Index, 3>& corners, Index v) { return corners[0] == v || corners[1] == v || corners[2] == v; }
 
-// Whether the point of one candidate lies on the triangle of another. Neighbours by index need no arithmetic; the rest are
-// T-junctions and vertices given twice.
-bool lies_on(const Mesh& mesh, const Candidate& a, const Candidate& b, double tolerance) {
-  if (a.at.part != Part::face) {
-    const auto& own = mesh.triangles[static_cast<std::size_t>(a.triangle)];
-    const auto& corners = mesh.triangles[static_cast<std::size_t>(b.triangle)];
-    if (shares(corners, own[static_cast<std::size_t>(a.at.corner[0])]) && shares(corners, own[static_cast<std::size_t>(a.at.corner[1])]))
-      return true;
-  }
-  const Facet& f = mesh.facets[static_cast<std::size_t>(b.triangle)];
-  if (std::abs(f.normal.dot(a.at.point - f.corner[0])) > tolerance) return false;
-  return (closest(f, a.at.point).point - a.at.point).squaredNorm() <= tolerance * tolerance;
+// Whether two triangles share the edge or vertex on which the first one's candidate point lies.
+bool meet_there(const Mesh& mesh, const Candidate& a, const Candidate& b) {
+  if (a.at.part == Part::face) return false;
+  const auto& own = mesh.triangles[static_cast<std::size_t>(a.triangle)];
+  const auto& corners = mesh.triangles[static_cast<std::size_t>(b.triangle)];
+  return shares(corners, own[static_cast<std::size_t>(a.at.corner[0])]) && shares(corners, own[static_cast<std::size_t>(a.at.corner[1])]);
+}
+
+bool lies_on(const Facet& f, const Vec3& point, double tolerance) {
+  if (std::abs(f.normal.dot(point - f.corner[0])) > tolerance) return false;
+  return (closest(f, point).point - point).squaredNorm() <= tolerance * tolerance;
+}
+
+// Whether the point of candidate k lies on the triangle of one before it. Neighbours that share vertices, most often near in the
+// list, need no arithmetic; the rest are T-junctions and vertices given twice.
+template <class Candidates>
+bool lies_on_nearer(const Mesh& mesh, const Candidates& near, std::size_t k, double tolerance) {
+  for (std::size_t j = k; j-- > 0;)
+    if (meet_there(mesh, near[k], near[j])) return true;
+  for (std::size_t j = 0; j < k; ++j)
+    if (lies_on(mesh.facets[static_cast<std::size_t>(near[j].triangle)], near[k].at.point, tolerance)) return true;
+  return false;
 }
 
 Touch touch_of(const Mesh& mesh, const Candidate& c, const Vec3& centre) {
@@ -211,10 +221,9 @@ int touch_triangles(const Mesh& mesh, const Index* first, const Index* last, con
   const double tolerance = 1e-6 * radius;
   int count = 0;
   for (std::size_t k = 0; k < near.size() && count < most_touches; ++k) {
-    bool minimum = true;
-    for (std::size_t j = 0; j < k && minimum; ++j) minimum = !lies_on(mesh, near[k], near[j], tolerance);
-    if (!minimum) continue;
+    if (lies_on_nearer(mesh, near, k, tolerance)) continue;
     const Touch touch = touch_of(mesh, near[k], centre);
+    bool minimum = true;
     for (int j = 0; j < count && minimum; ++j) minimum = touch.normal.dot(touches[j].normal) < one_degree;
     if (minimum) touches[count++] = touch;
   }

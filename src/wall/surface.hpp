@@ -26,8 +26,8 @@ struct Revolved {
 
   // The closest point of the surface to a centre given in the wall's own axes.
   Touch touch(const Vec3& centre) const {
-    const double rho = std::hypot(centre.x(), centre.y());
-    const Vec3 radial = rho > 1e-300 ? Vec3(centre.x() / rho, centre.y() / rho, 0) : Vec3::UnitX().eval();
+    const double rho = std::sqrt(centre.x() * centre.x() + centre.y() * centre.y());
+    const Vec3 radial = rho > 1e-150 ? Vec3(centre.x() / rho, centre.y() / rho, 0) : Vec3::UnitX().eval();
     const double along_rho = radius_1 - radius_0, along_z = z_1 - z_0;
     const double length_squared = along_rho * along_rho + along_z * along_z;
     const double s = ((rho - radius_0) * along_rho + (centre.z() - z_0) * along_z) / length_squared;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace quern {
 namespace {
@@ -43,6 +44,11 @@ int touch_candidate(const Wall& wall, const WallCandidate& candidate, const Cont
 // Claimed slots become −1 in `old_slots`.
 void match(const Quad* old_normals, Index* old_slots, Index old_count, const Touch* touches, int count, Index* slots) {
   constexpr double alike = 0.7;
+  if (old_count == 1 && count == 1) {
+    const bool same = dot(xyz(old_normals[0]), triple(touches[0].normal)) > alike;
+    slots[0] = same ? std::exchange(old_slots[0], -1) : -1;
+    return;
+  }
   std::fill(slots, slots + count, -1);
   for (;;) {
     double best = alike;
