@@ -146,7 +146,7 @@ TEST_CASE("observers taken up from an archive go on as if nothing had been") {
 TEST_CASE("torque is taken about the mill's axis, wherever the wall's origin is") {
   ObserverSettings settings;
   MillAxis mill;
-  mill.centre = {1, 0, 0};
+  mill.centre = {1, 0.5, 0};
   mill.axis = Vec3::UnitZ();
   mill.speed = -3;
   settings.mill = mill;
@@ -157,15 +157,15 @@ TEST_CASE("torque is taken about the mill's axis, wherever the wall's origin is"
   wall.frame = 0;
   wall.pose.origin = {1, 2, 0};
   wall.pose.angular_velocity = {0, 0, -3};
-  wall.force = {5, 0, 0};    // about the axis: 2 × 5 against +z
-  wall.torque = {0, 0, 17};  // in all 7 about +z: braked by what is in it
+  wall.force = {5, 0, 0};    // about the axis: 1.5 × 5 against +z
+  wall.torque = {0, 0, 17};  // in all 9.5 about +z: braked by what is in it
   s.walls = {wall};
   TorquePower power;
   power.see(s, settings);
   for (s.clock.step = 1; s.clock.step <= 20; ++s.clock.step) power.see(s, settings);
   REQUIRE(power.torque.size() == 2);
-  CHECK(power.torque[1] == Approx(17 - 10));
-  CHECK(power.power[1] == Approx(3 * 7));
+  CHECK(power.torque[1] == Approx(17 - 7.5));
+  CHECK(power.power[1] == Approx(3 * 9.5));
 }
 
 TEST_CASE("the amplitude spectrum finds a sine in its line, and its root mean square in the band") {

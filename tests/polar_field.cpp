@@ -85,6 +85,25 @@ TEST_CASE("no particle volume is lost on the grid and a body that turns has the 
   }
 }
 
+TEST_CASE("a ball is spread over the grid with the second moment of a sphere") {
+  ObserverSettings settings = drum(1.0);
+  settings.radius_cells = 5000;
+  Simulation s;
+  s.clock.time_step = 1e-3;
+  const double radius = 0.1, r = 0.3;
+  s.particles.add_sphere(triple((settings.mill->centre + Vec3(r, 0, 0)).eval()), radius, 1000, 0, 0);
+  Charge charge;
+  charge.see(s, settings);
+  const Table field = charge.tables(settings, 0)[0];
+  double solid = 0, second = 0;
+  for (std::size_t k = 0; k < field.columns[0].values.size(); ++k) {
+    const double at = field.columns[0].values[k], part = field.columns[4].values[k] * charge.grid.volume(charge.grid.ring_of(at));
+    solid += part;
+    second += part * at * at;
+  }
+  CHECK(second / solid == Approx(r * r + 0.4 * radius * radius).epsilon(1e-3));
+}
+
 TEST_CASE("a bed of known solid fraction has its porosity and its slope") {
   // Small balls at random in the half-disc below a surface that rises by 30 degrees on the side beyond the bottom.
   const ObserverSettings settings = drum(1.0);

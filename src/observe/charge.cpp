@@ -13,6 +13,7 @@ namespace {
 
 constexpr double pi = 3.141592653589793;
 constexpr double impact_lowest = 1e-12;  // of the impact bins [J]
+constexpr std::int64_t samples_per_field = 4;  // paths need finer steps than averages
 constexpr int impact_bins = 180, impact_bins_per_decade = 10;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
@@ -154,7 +155,7 @@ void Charge::see(const Simulation& simulation, const ObserverSettings& settings)
   if (now >= next_sample - half_step) {
     if (blocks.due(now)) blocks.open(now).sums = empty_sums();
     ChargeSums& sums = blocks.blocks.back().sums;
-    sample(simulation, *view, sums);
+    if (sampled++ % samples_per_field == 0) sample(simulation, *view, sums);
     follow(simulation, *view, sums);
     if (now >= next_revolution - half_step) {
       end_revolution(sums);

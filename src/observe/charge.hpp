@@ -2,6 +2,7 @@
 #pragma once
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include "src/engine/simulation.hpp"
 #include "src/observe/angles.hpp"
 #include "src/observe/table.hpp"
@@ -37,7 +38,7 @@ struct ImpactBin {
 };
 
 struct ChargeSums {
-  double samples = 0;
+  double samples = 0;                       // of the fields
   std::vector<double> volume;               // of particles in each cell, summed over samples [m³]
   std::vector<double> flow_ahead, flow_up;  // volume times velocity [m³ m/s]
   std::vector<double> layer;                // volume of the particles next to the shell and not in free flight, by sector [m³]
@@ -80,6 +81,7 @@ struct Charge {
   double mean_diameter = 0;        // weighted by volume [m]
   double next_sample = 0, next_revolution = 0;  // [s]
   double interval = 0;             // between samples [s]
+  std::int64_t sampled = 0;        // every fourth sample goes into the fields as well
   std::array<double, 2> line_point{0, 0}, line_direction{0, 1};  // of the velocity profile: horizontal, vertical [m]
   bool began = false;
 
@@ -97,7 +99,7 @@ struct Charge {
 
   template <class Archive>
   void archive(Archive& a) {
-    a(grid, blocks, balls, layer_from, mean_diameter, next_sample, next_revolution, interval, line_point[0], line_point[1], line_direction[0], line_direction[1], began);
+    a(grid, blocks, balls, layer_from, mean_diameter, next_sample, next_revolution, interval, sampled, line_point[0], line_point[1], line_direction[0], line_direction[1], began);
   }
 
  private:

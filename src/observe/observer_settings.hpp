@@ -41,7 +41,7 @@ struct ObserverSettings {
   double long_contact = 0;            // contacts that last longer are counted apart [s]; 0: 1000 time steps
 
   bool charge = true;                 // polar fields, angles, heights; needs `mill`
-  double charge_interval = 0;         // between samples [s]; 0: 1/360 of a revolution, at least 50 time steps
+  double charge_interval = 0;         // between samples of the paths, every fourth of the fields too [s]; 0: 1/360 of a revolution, at least 50 time steps
   int angle_cells = 120;
   int radius_cells = 20;
   std::optional<ProfileLine> velocity_line;  // none: through the mill's centre, perpendicular to the free surface

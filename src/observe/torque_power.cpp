@@ -23,13 +23,24 @@ bool is_driven(const Simulation& simulation, const std::vector<int>& listed, std
   return std::find(listed.begin(), listed.end(), static_cast<int>(wall)) != listed.end();
 }
 
+namespace {
+
+// What the charge has taken up: the heat it made and the energy it stores, less what other fields gave.
+double taken_up(const Simulation& simulation) {
+  const auto [kinetic, potential] = simulation.kinetic_and_potential();
+  const Ledger& ledger = simulation.ledger;
+  return ledger.dissipated() + kinetic + potential + ledger.elastic - ledger.field_work;
+}
+
+}  // namespace
+
 void TorquePower::see(const Simulation& simulation, const ObserverSettings& settings) {
   const Ledger& ledger = simulation.ledger;
   const double now = simulation.clock.time(), dt = simulation.clock.time_step;
   if (!began) {
     began = true;
     last_wall_work = ledger.wall_work;
-    last_dissipated = ledger.dissipated();
+    last_taken_up = taken_up(simulation);
     for (const Wall& wall : simulation.walls) wall_names.push_back(wall.name);
     walls.span = 10 * settings.power_interval;
     walls.open(now).sums.walls.resize(simulation.walls.size());
@@ -55,9 +66,10 @@ void TorquePower::see(const Simulation& simulation, const ObserverSettings& sett
   torque.push_back(torque_sum / seconds);
   power.push_back(work_sum / seconds);
   wall_power.push_back((ledger.wall_work - last_wall_work) / seconds);
-  loss_power.push_back((ledger.dissipated() - last_dissipated) / seconds);
+  const double now_taken_up = taken_up(simulation);
+  ledger_power.push_back((now_taken_up - last_taken_up) / seconds);
   last_wall_work = ledger.wall_work;
-  last_dissipated = ledger.dissipated();
+  last_taken_up = now_taken_up;
   seconds = torque_sum = work_sum = 0;
 }
 
@@ -83,13 +95,13 @@ std::vector<Headline> TorquePower::headlines(const ObserverSettings& settings) c
   const auto add = [&](const char* key, const BlockAverage& average, const char* unit, const char* description) {
     lines.push_back({key, average.mean, unit, average.ci95, description});
   };
-  const BlockAverage by_torque = steady(power), by_loss = steady(loss_power), by_walls = steady(wall_power);
+  const BlockAverage by_torque = steady(power), by_ledger = steady(ledger_power), by_walls = steady(wall_power);
   if (settings.mill) add("torque", steady(torque), "N m", "torque of the drive on the driven walls about the mill's axis");
   add("power", by_torque, "W", "torque on the driven walls times their angular speed");
-  add("power_ledger", by_loss, "W", "energy dissipated per second, by the energy ledger");
+  add("power_ledger", by_ledger, "W", "energy taken up by the charge per second, dissipated and stored, by the energy ledger");
   add("power_walls", by_walls, "W", "work of all walls on the particles per second, by the energy ledger");
   if (by_torque.mean != 0)
-    lines.push_back({"power_agreement", by_loss.mean / by_torque.mean - 1, "1", std::nullopt, "power by the ledger over power by torque, less one"});
+    lines.push_back({"power_agreement", by_ledger.mean / by_torque.mean - 1, "1", std::nullopt, "power by the ledger over power by torque, less one"});
   lines.push_back({"steady_from", steady_time(settings), "s", std::nullopt,
                    settings.start_time < 0 ? "where the power was found to be steady (MSER-5); averages begin here" : "averages begin here, as asked"});
   return lines;
@@ -101,7 +113,7 @@ std::vector<Table> TorquePower::tables() const {
                     {"torque", "N m", "of the drive on the driven walls, positive in the sense of rotation", torque, {}},
                     {"power", "W", "torque times angular speed", power, {}},
                     {"power_walls", "W", "work of all walls on the particles, by the energy ledger", wall_power, {}},
-                    {"power_ledger", "W", "energy dissipated, by the energy ledger", loss_power, {}}};
+                    {"power_ledger", "W", "energy taken up by the charge, dissipated and stored, by the energy ledger", ledger_power, {}}};
   Table walls_table{"walls", "mean force, torque and power of each wall over successive spans of time", {}};
   Column from{"from", "s", "begin of the span", {}, {}}, to{"to", "s", "end of the span", {}, {}}, name{"wall", "1", "name of the wall", {}, {}};
   Column fx{"force_x", "N", "of the particles on the wall", {}, {}}, fy{"force_y", "N", "of the particles on the wall", {}, {}},

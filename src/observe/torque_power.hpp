@@ -38,12 +38,12 @@ struct TorquePower {
   std::vector<double> torque;        // [N m]
   std::vector<double> power;         // [W]
   std::vector<double> wall_power;    // by the ledger: work of all walls [W]
-  std::vector<double> loss_power;    // by the ledger: energy dissipated [W]
+  std::vector<double> ledger_power;    // by the ledger: energy dissipated [W]
   TimeBlocks<WallHistories> walls;
   std::vector<std::string> wall_names;
 
   // The interval that is being filled, and the ledger where it began.
-  double seconds = 0, torque_sum = 0, work_sum = 0, last_wall_work = 0, last_dissipated = 0;
+  double seconds = 0, torque_sum = 0, work_sum = 0, last_wall_work = 0, last_taken_up = 0;
   bool began = false;
 
   void see(const Simulation& simulation, const ObserverSettings& settings);
@@ -56,7 +56,7 @@ struct TorquePower {
 
   template <class Archive>
   void archive(Archive& a) {
-    a(time, torque, power, wall_power, loss_power, walls, wall_names, seconds, torque_sum, work_sum, last_wall_work, last_dissipated, began);
+    a(time, torque, power, wall_power, ledger_power, walls, wall_names, seconds, torque_sum, work_sum, last_wall_work, last_taken_up, began);
   }
 };
 
