@@ -17,7 +17,7 @@ struct Answer {
   std::string errors;
 };
 
-Answer quern(const std::string& arguments) {
+Answer run_quern(const std::string& arguments) {
   const std::string command = std::string("'") + QUERN_PROGRAM + "' " + arguments + " 2>&1 >/dev/null";
   FILE* pipe = popen(command.c_str(), "r");
   Answer answer;
@@ -31,7 +31,7 @@ Answer quern(const std::string& arguments) {
 // Exit 2, and one line of one or two sentences that names the file.
 void check_refused(const fs::path& file, const std::vector<std::string>& expected) {
   INFO(file);
-  const Answer answer = quern("check '" + file.string() + "'");
+  const Answer answer = run_quern("check '" + file.string() + "'");
   INFO(answer.errors);
   CHECK(answer.status == 2);
   CHECK(answer.errors.size() < 800);
@@ -94,12 +94,12 @@ TEST_CASE("What is no case file at all exits 2 with one sentence", "[bad]") {
 TEST_CASE("A wrong command line exits 2", "[bad]") {
   for (const char* arguments : {"", "rnu", "run", "check --nonsense x", "list everything", "linearize -k 1 -q 1 -m 1", "linearize -k 1 -q 1 -m '1 m' -v 1"}) {
     INFO(arguments);
-    const Answer answer = quern(arguments);
+    const Answer answer = run_quern(arguments);
     INFO(answer.errors);
     CHECK(answer.status == 2);
     CHECK(!answer.errors.empty());
   }
-  CHECK(quern("--help").status == 0);
-  CHECK(quern("run --help").status == 0);
-  CHECK(quern("list laws").status == 0);
+  CHECK(run_quern("--help").status == 0);
+  CHECK(run_quern("run --help").status == 0);
+  CHECK(run_quern("list laws").status == 0);
 }

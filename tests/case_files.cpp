@@ -31,6 +31,13 @@ struct TemporaryCase {
   std::string file() const { return path.string(); }
 };
 
+// The echo marks what the user did not give.
+std::string without_marks(std::string text) {
+  const std::string mark = " (default)";
+  for (std::size_t at = 0; (at = text.find(mark, at)) != text.npos;) text.erase(at, mark.size());
+  return text;
+}
+
 const char* drop = R"(
 duration = "10 ms"
 [material.steel]
@@ -90,7 +97,7 @@ TEST_CASE("The echo of a complete case reads back as the same case", "[case]") {
     const Case first = read_case(source);
     const TemporaryCase echo(first.text);
     const Case second = read_case(echo.file());
-    CHECK(second.text == first.text);
+    CHECK(without_marks(second.text) == without_marks(first.text));
     CHECK(second.name == first.name);
     CHECK_THAT(first.text, Contains("(default)"));
   }

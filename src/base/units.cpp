@@ -1,4 +1,5 @@
 #include "src/base/units.hpp"
+#include <fmt/format.h>
 #include <udunits2.h>
 #include <algorithm>
 #include <array>
@@ -27,7 +28,7 @@ std::string_view trimmed(std::string_view text) {
 
 std::string shown(std::string_view text) {
   constexpr std::size_t most = 60;
-  return "\"" + std::string(text.substr(0, most)) + (text.size() > most ? "…\"" : "\"");
+  return fmt::format("\"{}{}\"", text.substr(0, most), text.size() > most ? "…" : "");
 }
 
 std::string allowed(std::string_view si_unit) {
@@ -102,7 +103,7 @@ std::string example_of(std::string_view si_unit) {
                                                                     {"Hz", "\"50 Hz\""},
                                                                     {"kg/s", "\"985 kg/s\""}}};
   const auto found = std::find_if(examples.begin(), examples.end(), [&](const auto& pair) { return si_unit == pair[0]; });
-  return found == examples.end() ? "\"1 " + std::string(si_unit) + "\"" : (*found)[1];
+  return found == examples.end() ? fmt::format("\"1 {}\"", si_unit) : (*found)[1];
 }
 
 }  // namespace quern

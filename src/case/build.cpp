@@ -192,14 +192,45 @@ double greatest_speed(const Case& c, const Simulation& s) {
   return std::max(0.1, 2 * fastest + std::sqrt(2 * g * std::max(0.0, high - low)));
 }
 
+bool hertzian(const ContactLaw& law) { return std::holds_alternative<HertzMindlin>(law) || std::holds_alternative<Deresiewicz>(law); }
+
+// How a step compares with the Rayleigh time of the particle that has the shortest, where a Hertzian law acts.
+std::string beside_rayleigh(const Simulation& s, double step) {
+  if (std::none_of(s.pair_laws.begin(), s.pair_laws.end(), [](const PairLaw& pair) { return hertzian(pair.law); })) return "";
+  double shortest = 0, diameter = 0;
+  for (Index i = 0; i < s.particles.owned; ++i) {
+    const Material& material = s.materials[s.particles.material[static_cast<std::size_t>(i)]];
+    if (!(material.young > 0)) continue;
+    const double time = rayleigh_time(s.particles.radius(i), material);
+    if (shortest == 0 || time < shortest) shortest = time, diameter = 2 * s.particles.radius(i);
+  }
+  if (shortest == 0) return "";
+  return fmt::format("; it is {:.3g} times the Rayleigh time, {:.3g} s, of a {:.4g} mm ball", step / shortest, shortest, 1e3 * diameter);
+}
+
+// Springs so soft that balls sink into each other change what is simulated.
+void warn_of_soft_contacts(Built& built) {
+  constexpr double soft = 0.1;  // greatest overlap over radius
+  const Simulation& s = built.simulation;
+  const std::vector<Largest> largest = largest_of(s);
+  for (std::size_t a = 0; a < largest.size(); ++a) {
+    if (!(largest[a].diameter > 0)) continue;
+    const ContactLaw& law = s.pair_laws[s.pair_kind[a * largest.size() + a]].law;
+    const double overlap = collide_head_on(law, 0.25 * largest[a].diameter, 0.5 * largest[a].mass, built.expected_speed).peak_overlap / (0.5 * largest[a].diameter);
+    if (overlap > soft)
+      built.warnings.push_back(fmt::format("pair.{0}.{0}: the contact is soft: balls that meet at {1:.3g} m/s overlap by {2:.2g} of their radius.", s.materials[a].name, built.expected_speed, overlap));
+  }
+}
+
 void choose_time_step(const Case& c, Built& built) {
   Simulation& s = built.simulation;
   built.expected_speed = greatest_speed(c, s);
   built.limit = time_step_limit(s, built.expected_speed, c.time_step_fraction);
   s.clock.time_step = c.time_step.value_or(built.limit.recommended);
   if (s.clock.time_step <= built.limit.limit) return;
-  const std::string too_large = fmt::format("found {:.3g} s, above the limit of {:.3g} s: {}", s.clock.time_step, built.limit.limit, built.limit.reason);
-  if (!c.unsafe_time_step) throw InputError(fmt::format("{}: time_step.value: {}. Allowed is less, or time_step.unsafe = true.", c.file, too_large));
+  const std::string too_large = fmt::format("found {:.3g} s, above the limit of {:.3g} s: {}{}", s.clock.time_step, built.limit.limit, built.limit.reason,
+                                            beside_rayleigh(s, s.clock.time_step));
+  if (!c.unsafe_time_step) throw InputError(fmt::format("{}: time_step.value: {}. Allowed is less, or time_step.unsafe = true.", c.time_step_where, too_large));
   built.warnings.push_back("time_step.value: " + too_large + "; the case says that it is unsafe.");
 }
 
@@ -215,6 +246,11 @@ void fill_observers(const Case& c, Built& built) {
     }
     o.driven_walls.push_back(static_cast<int>(found - walls.begin()));
   }
+  const Index count = built.simulation.particles.owned;
+  for (const int id : o.track)
+    if (id >= count) throw InputError(fmt::format("{}: observe.track: found particle {}; allowed are 0 to {}, in the order of insertion.", c.file, id, count - 1));
+  constexpr Index few = 1000;
+  if (o.contact_history && count > few) throw InputError(fmt::format("{}: observe.contact_history: found {} particles; allowed are at most {}.", c.file, count, few));
   if (!c.mill) return;
   o.mill = MillAxis{c.mill->centre, c.mill->axis.normalized(), c.mill->speed, 0.5 * c.mill->diameter, c.mill->length, c.mill->lifters.count > 0 ? c.mill->lifters.height : 0};
 }
@@ -292,6 +328,7 @@ Built build_case(const Case& c) {
   insert_particles(c, s);
   make_laws(c, s);
   choose_time_step(c, built);
+  warn_of_soft_contacts(built);
   fill_observers(c, built);
   if (c.mill) built.filling = bulk_volume(s.particles) / volume(*c.mill);
   return built;

@@ -351,6 +351,11 @@ ObserverSettings read_observers(const Values& v, Case& c) {
     require(v, "observe.line", "point", "a line"), require(v, "observe.line", "direction", "a line");
     o.velocity_line = ProfileLine{v.vector("observe.line.point"), direction(v, "observe.line.direction")};
   }
+  if (v.has("observe.track"))
+    for (const double id : v.numbers("observe.track")) o.track.push_back(static_cast<int>(id));
+  o.track_interval = v.number("observe.track_interval");
+  if (o.track_interval == 0) o.track_interval = 1e-3 * c.duration;
+  o.contact_history = v.flag("observe.contact_history");
   if (v.has("observe.driven_walls")) c.driven_walls = v.texts("observe.driven_walls");
   return o;
 }
@@ -368,6 +373,7 @@ Case read_case(const std::string& file, const std::vector<std::string>& override
   c.seed = static_cast<std::uint64_t>(v.whole("seed"));
   c.gravity = v.vector("gravity");
   c.time_step = v.number_if("time_step.value");
+  c.time_step_where = c.time_step ? v.given.at({"time_step", "value"}).where : file;
   c.time_step_fraction = v.number("time_step.fraction");
   c.unsafe_time_step = v.flag("time_step.unsafe");
 

@@ -98,6 +98,7 @@ struct Case {
   std::uint64_t seed = 1;
   Vec3 gravity{0, 0, -9.81};  // [m/s²]
   std::optional<double> time_step;  // [s]
+  std::string time_step_where;      // in the file
   double time_step_fraction = 0.2;
   bool unsafe_time_step = false;
   std::vector<Material> materials;

@@ -153,6 +153,9 @@ constexpr Key table[] = {
     {"observe.charge_interval", number, "s", "0", not_negative, "", "Time between samples of the charge; 0: 1/360 of a revolution, at least 20 steps", ""},
     {"observe.angle_cells", whole, "1", "120", {12, 3600}, "", "Cells of the polar fields around the mill", ""},
     {"observe.radius_cells", whole, "1", "20", {2, 1000}, "", "Cells of the polar fields along the radius", ""},
+    {"observe.track", wholes, "1", "", {0, 2e9}, "", "Particles (ids: order of insertion, from 0) whose place, velocity and spin are written against time, track.csv", ""},
+    {"observe.track_interval", number, "s", "0", not_negative, "", "Time between rows of track.csv; 0: a thousandth of the run", ""},
+    {"observe.contact_history", flag, "", "false", any, "", "Write every contact (contacts.csv) and its force and overlap at each step (contact_history.csv); for at most 1000 particles", ""},
     {"observe.line.point", vector, "m", "", any, "", "A point of the line of the velocity profile; default: through the mill's centre, across the free surface", ""},
     {"observe.line.direction", vector, "1", "", any, "", "Direction of that line", ""},
 };
@@ -202,6 +205,31 @@ Path expanded(const Path& path) {
   return path;
 }
 
+// The pattern nearest to a path among those offered, with the path's own names in it.
+struct Nearest {
+  explicit Nearest(const Path& path) : full(expanded(path)) {}
+
+  void offer(const Path& pattern, bool key) {
+    int distance = 0;
+    Path named = pattern;
+    for (std::size_t k = 0; k < std::max(pattern.size(), full.size()); ++k) {
+      if (k >= pattern.size() || k >= full.size()) distance += 4;
+      else if (is_placeholder(pattern[k])) named[k] = full[k];
+      else distance += edit_distance(pattern[k], full[k]);
+    }
+    // A key may have been written in the wrong table: its last word decides then.
+    if (key && !is_placeholder(pattern.back())) distance = std::min(distance, 6 + 3 * edit_distance(pattern.back(), full.back()));
+    if (distance >= least) return;
+    least = distance;
+    if (named.size() >= 3 && named[0] == "pair" && named[1] == "default" && named[2] == "default") named.erase(named.begin() + 2);
+    name = join_path(named);
+  }
+
+  Path full;
+  int least = 1 << 20;
+  std::string name;
+};
+
 }  // namespace
 
 std::span<const Key> all_keys() { return table; }
@@ -230,26 +258,16 @@ bool is_table(const Path& path) {
 }
 
 std::string nearest_key(const Path& path) {
-  const Path full = expanded(path);
-  std::string best;
-  int least = 1 << 20;
-  for (const Path& pattern : patterns()) {
-    int distance = 0;
-    Path named = pattern;
-    for (std::size_t k = 0; k < std::max(pattern.size(), full.size()); ++k) {
-      if (k >= pattern.size() || k >= full.size()) distance += 4;
-      else if (is_placeholder(pattern[k])) named[k] = full[k];
-      else distance += edit_distance(pattern[k], full[k]);
-    }
-    // A key may have been written in the wrong table: its last word decides then.
-    if (!is_placeholder(pattern.back())) distance = std::min(distance, 6 + 3 * edit_distance(pattern.back(), path.back()));
-    if (distance < least) {
-      least = distance;
-      if (named.size() >= 3 && named[0] == "pair" && named[1] == "default" && named[2] == "default") named.erase(named.begin() + 2);
-      best = join_path(named);
-    }
-  }
-  return best;
+  Nearest nearest(path);
+  for (const Path& pattern : patterns()) nearest.offer(pattern, true);
+  return nearest.name;
+}
+
+std::string nearest_table(const Path& path) {
+  Nearest nearest(path);
+  for (const Path& pattern : patterns())
+    for (std::size_t depth = 1; depth < pattern.size(); ++depth) nearest.offer(Path(pattern.begin(), pattern.begin() + static_cast<std::ptrdiff_t>(depth)), false);
+  return nearest.name;
 }
 
 std::string nearest_word(std::string_view word, const std::vector<std::string>& words) {

@@ -45,6 +45,7 @@ const Key* find_key(const Path& path);
 bool is_table(const Path& path);
 // The known key nearest to a path (edit distance, segment by segment), with the user's own names in it.
 std::string nearest_key(const Path& path);
+std::string nearest_table(const Path& path);
 // The nearest of some words; empty if none is anywhere near.
 std::string nearest_word(std::string_view word, const std::vector<std::string>& words);
 

@@ -17,10 +17,16 @@ std::string default_of(const Key& key) {
   return std::string_view(key.fallback).empty() ? "–" : key.fallback;
 }
 
-std::string escaped(std::string text) {
-  for (std::size_t at = 0; (at = text.find_first_of("|<", at)) != text.npos; at += 2) text.insert(at, "\\");
-  return text;
+std::string escaped(std::string_view text) {
+  std::string safe;
+  for (const char c : text) {
+    if (c == '|' || c == '<') safe += '\\';
+    safe += c;
+  }
+  return safe;
 }
+
+std::string code(const std::string& text) { return fmt::format("`{}`", text); }
 
 }  // namespace
 
@@ -31,7 +37,7 @@ std::string keys_as_text(const std::string& prefix) {
     if (!std::string_view(key.path).starts_with(prefix)) continue;
     if (table_of(key) != table) {
       table = table_of(key);
-      text += fmt::format("{}{}\n", text.empty() ? "" : "\n", table.empty() ? "At the top" : "[" + table + "]");
+      text += fmt::format("{}{}\n", text.empty() ? "" : "\n", table.empty() ? "At the top" : fmt::format("[{}]", table));
     }
     text += fmt::format("  {:24} {}\n  {:24}   {}; default {}{}\n", split_path(key.path).back(), key.meaning, "", allowed_by(key), default_of(key),
                         key.source[0] ? fmt::format(" ({})", key.source) : "");
@@ -49,10 +55,10 @@ std::string case_reference() {
   for (const Key& key : all_keys()) {
     if (table_of(key) != table) {
       table = table_of(key);
-      text += fmt::format("\n## {}\n\n| key | meaning | allowed | default | source |\n|---|---|---|---|---|\n", table.empty() ? "At the top" : "`[" + table + "]`");
+      text += fmt::format("\n## {}\n\n| key | meaning | allowed | default | source |\n|---|---|---|---|---|\n", table.empty() ? "At the top" : fmt::format("`[{}]`", table));
     }
     text += fmt::format("| `{}` | {} | {} | {} | {} |\n", split_path(key.path).back(), escaped(key.meaning), escaped(allowed_by(key)),
-                        default_of(key) == "required" || default_of(key) == "–" ? default_of(key) : "`" + default_of(key) + "`", key.source);
+                        default_of(key) == "required" || default_of(key) == "–" ? default_of(key) : code(default_of(key)), key.source);
   }
   return text;
 }

@@ -95,7 +95,7 @@ class Reader {
     const Key* key = find_key(path);
     if (node.is_table()) {
       if (key) refuse(path, where, *key, "a table");
-      if (!is_table(path)) unknown(path, where);
+      if (!is_table(path)) fail(fmt::format("{}: [{}] is not a known table. The nearest known one is [{}].", where, shorten(join_path(path)), nearest_table(path)));
       values_.where.emplace(path, where);
       flatten(*node.as_table(), path, given, once);
       return;
@@ -127,6 +127,8 @@ class Reader {
   static std::string shown(const toml::node& node) {
     if (node.is_table()) return "a table";
     if (node.is_array() && node.as_array()->size() > 6) return "a list of " + std::to_string(node.as_array()->size());
+    if (const auto* number = node.as_floating_point()) return fmt::format("{}", number->get());
+    if (const auto* text = node.as_string()) return fmt::format("\"{}\"", shorten(text->get()));
     std::ostringstream stream;
     node.visit([&](const auto& n) { stream << n; });
     return shorten(stream.str());
@@ -349,17 +351,18 @@ void Values::refuse(const std::string& path, const std::string& what) const {
 Values read_values(const std::string& file, const std::vector<std::string>& overrides) { return Reader(file).read(overrides); }
 
 std::string complete_case(const Values& values) {
-  // Tables in the order of the keys; within one key pattern, the user's names in alphabetical order.
-  std::vector<Path> tables;
-  const auto add = [&](const Path& table) {
-    if (std::find(tables.begin(), tables.end(), table) == tables.end()) tables.push_back(table);
-  };
+  // Tables in the order of the keys; those of one kind in the alphabetical order of the user's names.
+  const auto table_of = [](const Path& path) { return Path(path.begin(), path.end() - 1); };
+  std::vector<Path> tables, kinds;
   for (const Key& key : all_keys()) {
-    const Path pattern = split_path(key.path);
-    const Path table(pattern.begin(), pattern.end() - 1);
-    if (table.empty() || table == Path{"time_step"} || table == Path{"output"} || table == Path{"observe"}) add(table);
+    const Path kind = table_of(split_path(key.path));
+    if (std::find(kinds.begin(), kinds.end(), kind) != kinds.end()) continue;
+    kinds.push_back(kind);
+    std::set<Path> named;
+    if (kind.empty() || kind == Path{"time_step"} || kind == Path{"output"} || kind == Path{"observe"}) named.insert(kind);
     for (const auto& [path, value] : values.given)
-      if (value.key == &key) add(Path(path.begin(), path.end() - 1));
+      if (table_of(split_path(value.key->path)) == kind) named.insert(table_of(path));
+    tables.insert(tables.end(), named.begin(), named.end());
   }
   std::string text = "# The complete case as run, in SI units: what was given, and every default.\n";
   for (const Path& table : tables) {

@@ -59,9 +59,11 @@ void write_aside(const fs::path& file, const std::string& content) {
 
 fs::path mark_of(const Point& point) { return fs::path(point.directory) / "finished.toml"; }
 
-std::string folder_name(const std::vector<std::string>& overrides) {
+// Named by the keys that differ between the runs.
+std::string folder_name(const std::vector<SweptKey>& swept, const std::vector<std::string>& overrides) {
   std::string name;
-  for (const std::string& one : overrides) name += (name.empty() ? "" : "__") + one;
+  for (std::size_t k = 0; k < swept.size(); ++k)
+    if (swept[k].values.size() > 1) name += (name.empty() ? "" : "__") + overrides[k];
   for (char& c : name)
     if (!std::isalnum(static_cast<unsigned char>(c)) && std::string_view("=._-+").find(c) == std::string_view::npos) c = '_';
   return name.empty() ? "run" : name;
@@ -154,7 +156,7 @@ int sweep(const SweepWords& words) {
   for (const auto& overrides : grid_of(swept)) {
     const Case c = read_case(words.file, overrides);  // every point is checked before any is run
     if (directory.empty()) directory = "out/" + c.name + "_sweep";
-    points.push_back({overrides, (fs::path(directory) / folder_name(overrides)).string(), c.text});
+    points.push_back({overrides, (fs::path(directory) / folder_name(swept, overrides)).string(), c.text});
   }
   std::error_code problem;
   fs::create_directories(directory, problem);
