@@ -168,7 +168,7 @@ void Simulation::step() {
   gather_sums(*this);
 }
 
-void Simulation::measure_energy() {
+std::array<double, 2> Simulation::kinetic_and_potential() const {
   std::vector<std::array<double, 2>> parts(contacts.blocks.size());
   team->run(static_cast<int>(parts.size()), [&](int b) {
     const ContactBlock& block = contacts.blocks[static_cast<std::size_t>(b)];
@@ -180,9 +180,16 @@ void Simulation::measure_energy() {
     }
     parts[static_cast<std::size_t>(b)] = {kinetic, potential};
   });
-  ledger.kinetic = ledger.potential = 0;
-  for (const auto& [kinetic, potential] : parts) ledger.kinetic += kinetic, ledger.potential += potential;
-  ledger.exchanged = std::max({ledger.exchanged, std::abs(ledger.kinetic - start_kinetic_), std::abs(ledger.potential - start_potential_)});
+  std::array<double, 2> total{0, 0};
+  for (const auto& [kinetic, potential] : parts) total[0] += kinetic, total[1] += potential;
+  return total;
+}
+
+void Simulation::measure_energy() {
+  const auto [kinetic, potential] = kinetic_and_potential();
+  ledger.kinetic = kinetic;
+  ledger.potential = potential;
+  ledger.exchanged = std::max({ledger.exchanged, std::abs(kinetic - start_kinetic_), std::abs(potential - start_potential_)});
 }
 
 std::vector<Collision> Simulation::lasting_collisions() const {

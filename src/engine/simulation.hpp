@@ -1,6 +1,6 @@
 // src/engine — the step, the time-step limit, the energy ledger, checkpoints. No file formats of results.
 #pragma once
-#include <functional>
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -49,6 +49,8 @@ struct Simulation {
 
   // Fills the stored part of the ledger (kinetic, potential) for this instant; step() keeps the rest.
   void measure_energy();
+  // The same numbers for observers, who change nothing: {kinetic, potential} [J].
+  std::array<double, 2> kinetic_and_potential() const;
   // Collisions that ended in the last step, in a fixed order, and those still lasting now (flagged).
   const std::vector<Collision>& ended_collisions() const { return contacts.ended; }
   std::vector<Collision> lasting_collisions() const;
