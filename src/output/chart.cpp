@@ -1,6 +1,7 @@
 #include "src/output/chart.hpp"
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 namespace quern {
 namespace {
@@ -22,6 +23,31 @@ const Headline* find(const std::vector<Headline>& headlines, const std::string& 
 
 std::string titled(const std::string& what, const std::string& title) { return title.empty() ? what : what + " · " + title; }
 
+// The pairs with a wall, or all others, as one curve; their independent errors add in quadrature.
+Curve summed(const std::vector<Curve>& pairs, bool with_walls) {
+  struct Sum {
+    double rate = 0, below = 0, above = 0;
+  };
+  std::map<double, Sum> bins;
+  for (const Curve& pair : pairs) {
+    if (pair.name.ends_with("wall") != with_walls) continue;
+    for (std::size_t k = 0; k < pair.x.size(); ++k) {
+      Sum& sum = bins[pair.x[k]];
+      sum.rate += pair.y[k];
+      sum.below = std::hypot(sum.below, pair.y[k] - pair.lower[k]);
+      sum.above = std::hypot(sum.above, pair.upper[k] - pair.y[k]);
+    }
+  }
+  Curve curve{with_walls ? "with walls" : "between particles", {}, {}, {}, {}, true};
+  for (const auto& [energy, sum] : bins) {
+    curve.x.push_back(energy);
+    curve.y.push_back(sum.rate);
+    curve.lower.push_back(sum.rate - sum.below);
+    curve.upper.push_back(sum.rate + sum.above);
+  }
+  return curve;
+}
+
 // Contacts that ended, against the energy they dissipated; one curve for each pair of bodies.
 std::vector<Chart> spectrum_chart(const Table& table, const std::string& title) {
   const Column *measure = find(table, "measure"), *pair = find(table, "pair"), *type = find(table, "class"), *energy = find(table, "energy"),
@@ -38,6 +64,9 @@ std::vector<Chart> spectrum_chart(const Table& table, const std::string& title) 
     curve->upper.push_back(high->values[row]);
   }
   if (panel.curves.empty()) return {};
+  constexpr std::size_t readable = 4;
+  if (panel.curves.size() > readable) panel.curves = {summed(panel.curves, false), summed(panel.curves, true)};
+  std::erase_if(panel.curves, [](const Curve& c) { return c.x.empty(); });
   return {{"spectrum.png", titled("Collision spectrum", title), {panel}}};
 }
 

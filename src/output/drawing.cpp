@@ -116,12 +116,16 @@ vtkSmartPointer<vtkColorTransferFunction> speed_colours(double most) {
   return colours;
 }
 
-// 1, 2 or 5 times a power of ten, not below `value`.
-double round_up(double value) {
+// The end of a scale from zero that holds a value, and into how many even parts it is cut.
+struct RoundScale {
+  double most;
+  int parts;
+};
+RoundScale round_scale(double value) {
   const double decade = std::pow(10.0, std::floor(std::log10(value)));
-  for (const double step : {1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0})
-    if (value <= step * decade * (1 + 1e-9)) return step * decade;
-  return 10 * decade;
+  for (const auto& [most, parts] : {std::pair(1.0, 5), {1.5, 3}, {2.0, 4}, {2.5, 5}, {3.0, 3}, {4.0, 4}, {5.0, 5}, {6.0, 3}, {8.0, 4}})
+    if (value <= most * decade * (1 + 1e-9)) return {most * decade, parts};
+  return {10 * decade, 5};
 }
 
 vtkSmartPointer<vtkActor> surface_of(const Facets& facets, const Colour& colour, double opacity) {
@@ -237,33 +241,37 @@ void add_light(vtkRenderer* renderer, double x, double y, double z, double stren
   renderer->AddLight(light);
 }
 
-void add_text(vtkRenderer* renderer, const std::string& words, double x, double y, int size, bool bold, bool centred, const Vec3* place = nullptr) {
-  if (words.empty()) return;
-  vtkNew<vtkTextActor> text;
+// Centred at (x, y) of the picture, in pixels from its lower left corner.
+vtkSmartPointer<vtkTextActor> add_text(vtkRenderer* renderer, const std::string& words, double x, double y, int size, bool bold = false) {
+  auto text = vtkSmartPointer<vtkTextActor>::New();
+  if (words.empty()) return text;
   text->SetInput(words.c_str());
   set_type(text->GetTextProperty(), size, bold);
-  if (centred) text->GetTextProperty()->SetJustificationToCentered();
+  text->GetTextProperty()->SetJustificationToCentered();
   text->GetTextProperty()->SetVerticalJustificationToCentered();
-  if (place) {
-    text->GetPositionCoordinate()->SetCoordinateSystemToWorld();
-    text->GetPositionCoordinate()->SetValue(place->x(), place->y(), place->z());
-  } else {
-    text->SetPosition(finer * x, finer * y);
-  }
+  text->SetPosition(finer * x, finer * y);
   renderer->AddActor2D(text);
+  return text;
 }
 
-double speed_scale(const Particles& p) {
+// A title or caption across the picture, in smaller type where it would not fit.
+void add_line_of_text(vtkRenderer* renderer, const std::string& words, double y, int size, bool bold) {
+  const auto letters = std::count_if(words.begin(), words.end(), [](char c) { return (c & 0xC0) != 0x80; });
+  const int fitting = static_cast<int>(0.95 * width / ((bold ? 0.68 : 0.60) * static_cast<double>(std::max<std::ptrdiff_t>(letters, 1))));
+  add_text(renderer, words, 0.5 * width, y, std::min(size, fitting), bold);
+}
+
+RoundScale speed_scale(const Particles& p) {
   // The 99.5th percentile, so that one fast ball does not darken all the others.
   std::vector<double> speeds;
   for (Index i = 0; i < p.owned; ++i) {
     const double v = length(xyz(p.velocity[static_cast<std::size_t>(i)]));
     if (std::isfinite(v)) speeds.push_back(v);
   }
-  if (speeds.empty()) return 1;
+  if (speeds.empty()) return {1, 5};
   std::sort(speeds.begin(), speeds.end());
   const double high = speeds[static_cast<std::size_t>(0.995 * static_cast<double>(speeds.size() - 1))];
-  return high > 1e-12 ? round_up(high) : 1.0;
+  return high > 1e-12 ? round_scale(high) : RoundScale{1, 5};
 }
 
 }  // namespace
@@ -279,7 +287,8 @@ void draw_charge(const ChargePicture& picture, const std::string& path) {
   add_light(renderer, -0.6, 0.8, 1.0, 0.85);
   add_light(renderer, 0.8, 0.1, 0.7, 0.30);
   add_walls(renderer, s, view, shown);
-  const auto colours = speed_colours(speed_scale(s.particles));
+  const RoundScale speeds = speed_scale(s.particles);
+  const auto colours = speed_colours(speeds.most);
   add_balls(renderer, s.particles, colours);
 
   // What the view must hold, across the axis: the extent of everything that is drawn.
@@ -309,8 +318,14 @@ void draw_charge(const ChargePicture& picture, const std::string& path) {
     auto line = surface_of({{from - side, from + side, to + side, to - side}, {{0, 1, 2}, {0, 2, 3}}}, {0.80, 0.10, 0.10}, 1.0);
     line->GetProperty()->LightingOff();
     renderer->AddActor(line);
-    const Vec3 place = middle + 1.2 * r * mark.direction;
-    add_text(renderer, mark.label, 0, 0, 20, false, true, &place);
+    const Vec3 place = middle + 1.11 * r * mark.direction;
+    const auto label = add_text(renderer, mark.label, 0, 0, 20);
+    const double sideways = mark.direction.dot(view.right);
+    if (sideways > 0.2) label->GetTextProperty()->SetJustificationToLeft();
+    if (sideways < -0.2) label->GetTextProperty()->SetJustificationToRight();
+    if (std::abs(sideways) <= 0.2 && mark.direction.dot(view.up) < 0) label->GetTextProperty()->SetVerticalJustificationToTop();
+    label->GetPositionCoordinate()->SetCoordinateSystemToWorld();
+    label->GetPositionCoordinate()->SetValue(place.x(), place.y(), place.z());
   }
 
   // The drawing stands left of the scale, below the title and above the caption.
@@ -330,7 +345,7 @@ void draw_charge(const ChargePicture& picture, const std::string& path) {
 
   vtkNew<vtkScalarBarActor> scale;
   scale->SetLookupTable(colours);
-  scale->SetNumberOfLabels(5);
+  scale->SetNumberOfLabels(speeds.parts + 1);
   scale->SetUnconstrainedFontSize(true);
   scale->SetLabelFormat("%.3g");
   scale->SetBarRatio(0.28);
@@ -340,9 +355,9 @@ void draw_charge(const ChargePicture& picture, const std::string& path) {
   scale->DrawFrameOff();
   set_type(scale->GetLabelTextProperty(), 20);
   renderer->AddActor2D(scale);
-  add_text(renderer, "speed [m/s]", 1085, 700, 22, false, true);
-  add_text(renderer, picture.title, 0.5 * width, 868, 26, true, true);
-  add_text(renderer, picture.caption, 0.5 * width, 36, 20, false, true);
+  add_text(renderer, "speed [m/s]", 1085, 700, 22);
+  add_line_of_text(renderer, picture.title, 868, 26, true);
+  add_line_of_text(renderer, picture.caption, 36, 20, false);
 
   render(renderer, path);
 }
@@ -375,14 +390,14 @@ struct Scale {
   std::vector<std::string> labels;
 };
 
-Scale log_scale(const Range& range, double room_above) {
+// `range` in powers of ten.
+Scale log_scale(const Range& range) {
   Scale scale;
   if (!(range.low <= range.high)) return scale;
-  scale.from = std::floor(std::log10(range.low) + 1e-9);
-  scale.to = std::max(std::ceil(std::log10(range.high) - 1e-9), scale.from + 1);
-  scale.to += std::round(room_above * (scale.to - scale.from));
+  scale.from = std::floor(range.low + 1e-9);
+  scale.to = std::max(range.high, scale.from + 1);
   const int every = std::max(1, static_cast<int>(scale.to - scale.from + 8) / 9);
-  for (int decade = static_cast<int>(scale.from); decade <= scale.to; ++decade) {
+  for (int decade = static_cast<int>(scale.from); decade <= scale.to + 1e-9; ++decade) {
     scale.ticks.push_back(decade);
     const bool labelled = (decade - static_cast<int>(scale.from)) % every == 0;
     scale.labels.push_back(!labelled ? "" : has_font() ? "10" + superscript(decade) : fmt::format("1e{}", decade));
@@ -390,32 +405,28 @@ Scale log_scale(const Range& range, double room_above) {
   return scale;
 }
 
-Scale linear_scale(Range range, bool to_the_edge, double room_above) {
-  if (!(range.low <= range.high)) range = {0, 1};
-  if (!to_the_edge) range.high += room_above * (range.high - range.low);
+Scale linear_scale(const Range& range) {
+  if (!(range.low <= range.high)) return {};
   const double span = range.high > range.low ? range.high - range.low : std::max(std::abs(range.high), 1.0);
   const double raw = span / 7, decade = std::pow(10.0, std::floor(std::log10(raw)));
-  const double step = decade * (raw <= decade ? 1 : raw <= 2 * decade ? 2 : raw <= 5 * decade ? 5 : 10);
-  const double first = std::floor(range.low / step + 1e-9), last = std::max(std::ceil(range.high / step - 1e-9), first + 1);
-  Scale scale{to_the_edge ? range.low : first * step, to_the_edge ? range.low + span : last * step, {}, {}};
-  for (double k = first; k <= last; ++k) {
-    if (k * step < scale.from - 1e-9 * span || k * step > scale.to + 1e-9 * span) continue;
+  const double step = decade * (raw <= decade ? 1 : raw <= 2 * decade ? 2 : raw <= 2.5 * decade ? 2.5 : raw <= 5 * decade ? 5 : 10);
+  Scale scale{range.low, range.low + span, {}, {}};
+  for (double k = std::ceil(scale.from / step - 1e-9); k * step <= scale.to + 1e-9 * span; ++k) {
     scale.ticks.push_back(k * step);
-    scale.labels.push_back(fmt::format("{:.6g}", k * step));
+    scale.labels.push_back(fmt::format("{:.6g}", k * step + 0.0));
   }
   return scale;
 }
 
-void dress(vtkAxis* axis, const std::string& title, const Scale& scale) {
-  axis->SetTitle(title);
-  set_type(axis->GetTitleProperties(), 24);
+void dress(vtkAxis* axis, const Scale& scale) {
+  axis->SetTitle("");
   set_type(axis->GetLabelProperties(), 20);
   axis->GetPen()->SetWidth(1.5f * finer);
   axis->GetPen()->SetColorF(ink[0], ink[1], ink[2]);
   axis->GetGridPen()->SetColorF(0.90, 0.90, 0.91);
   axis->GetGridPen()->SetWidth(1.0f * finer);
   axis->SetTickLength(6.0f * finer);
-  axis->SetLabelOffset(10.0f * finer);
+  axis->SetLabelOffset(9.0f * finer);
   axis->SetBehavior(vtkAxis::FIXED);
   axis->SetRange(scale.from, scale.to);
   vtkNew<vtkDoubleArray> places;
@@ -465,21 +476,47 @@ Shown shown(const Curve& curve, const Panel& panel, Range& x_range, Range& y_ran
   for (std::size_t k = 0; k < std::min(curve.x.size(), curve.y.size()); ++k) {
     const double x = curve.x[k], y = curve.y[k];
     if (!std::isfinite(x) || !std::isfinite(y) || (panel.log_x && x <= 0) || (panel.log_y && y <= 0)) continue;
-    x_range.hold(x), y_range.hold(y);
     out.x.push_back(measure(panel.log_x, x)), out.y.push_back(measure(panel.log_y, y));
+    x_range.hold(out.x.back()), y_range.hold(out.y.back());
     if (!interval) continue;
     // A count of one may come from a mean of nearly nothing: such a bar ends a decade below its point.
     const double low = panel.log_y ? std::max(curve.lower[k], 0.1 * y) : curve.lower[k], high = curve.upper[k];
-    y_range.hold(low), y_range.hold(high);
     out.low.push_back(measure(panel.log_y, low)), out.high.push_back(measure(panel.log_y, high));
+    y_range.hold(out.low.back()), y_range.hold(out.high.back());
   }
   return out;
 }
 
-void fill_panel(vtkChartXY* chart, const Panel& panel, bool lowest) {
+constexpr int legend_line = 26;  // [pixel]
+
+// On which side the legend hides less, and the y range with the room that it needs there.
+bool legend_goes_left(const std::vector<Shown>& curves, const Range& x_range, Range& y_range, double legend_share) {
+  Range left, right;
+  for (const Shown& c : curves) {
+    for (std::size_t k = 0; k < c.x.size(); ++k) {
+      const double at = (c.x[k] - x_range.low) / (x_range.high - x_range.low), y = c.high.empty() ? c.y[k] : c.high[k];
+      if (at < 0.42) left.hold(y);
+      if (at > 0.58) right.hold(y);
+    }
+  }
+  const double highest = std::min(left.high, right.high), share = std::min(legend_share, 0.6);
+  y_range.high = std::max(y_range.high, y_range.low + (highest - y_range.low) / (1 - share));
+  return left.high < right.high;
+}
+
+// `tall`: height of the panel's frame [pixel].
+void fill_panel(vtkChartXY* chart, const Panel& panel, double tall) {
   Range x_range, y_range;
   std::vector<Shown> curves;
   for (const Curve& curve : panel.curves) curves.push_back(shown(curve, panel, x_range, y_range));
+  if (panel.log_y) {
+    y_range.high += 0.1;  // of a decade
+  } else if (y_range.low < y_range.high) {
+    if (y_range.low > 0 && y_range.low < 0.4 * y_range.high) y_range.low = 0;
+    const double room = 0.03 * (y_range.high - y_range.low);
+    if (y_range.low != 0) y_range.low -= room;
+    y_range.high += room;
+  }
   for (std::size_t k = 0; k < curves.size(); ++k) {
     const Shown& c = curves[k];
     const Colour& colour = palette[k % palette.size()];
@@ -500,19 +537,20 @@ void fill_panel(vtkChartXY* chart, const Panel& panel, bool lowest) {
       points->SetMarkerSize(8.0f * finer);
     }
   }
-  const bool legend = panel.curves.size() > 1;
-  const double room = legend ? 0.04 * static_cast<double>(panel.curves.size()) + 0.02 : 0.0;
-  dress(chart->GetAxis(vtkAxis::BOTTOM), lowest ? panel.x_label : "", panel.log_x ? log_scale(x_range, 0) : linear_scale(x_range, true, 0));
-  dress(chart->GetAxis(vtkAxis::LEFT), panel.y_label, panel.log_y ? log_scale(y_range, room) : linear_scale(y_range, false, room));
+  const bool legend = panel.curves.size() > 1 && x_range.low < x_range.high;
+  const double share = (legend_line * static_cast<double>(panel.curves.size()) + 16) / tall;
+  const bool left = legend && legend_goes_left(curves, x_range, y_range, share);
+  dress(chart->GetAxis(vtkAxis::BOTTOM), panel.log_x ? log_scale(x_range) : linear_scale(x_range));
+  dress(chart->GetAxis(vtkAxis::LEFT), panel.log_y ? log_scale(y_range) : linear_scale(y_range));
   if (!legend) return;
   chart->SetShowLegend(true);
   set_type(chart->GetLegend()->GetLabelProperties(), 20);
   chart->GetLegend()->SetSymbolWidth(30 * finer);
   chart->GetLegend()->SetPadding(6 * finer);
-  chart->GetLegend()->SetHorizontalAlignment(vtkChartLegend::RIGHT);
+  chart->GetLegend()->SetHorizontalAlignment(left ? vtkChartLegend::LEFT : vtkChartLegend::RIGHT);
   chart->GetLegend()->SetVerticalAlignment(vtkChartLegend::TOP);
   chart->GetLegend()->GetPen()->SetLineType(vtkPen::NO_PEN);
-  chart->GetLegend()->GetBrush()->SetColorF(1, 1, 1, 0.85);
+  chart->GetLegend()->GetBrush()->SetColorF(1, 1, 1, left ? 0.0 : 0.85);  // on the left it would hide the axis
 }
 
 }  // namespace
@@ -528,15 +566,17 @@ void draw_chart(const Chart& chart, const std::string& path) {
   const auto panels = static_cast<float>(std::max<std::size_t>(chart.panels.size(), 1));
   const float each = (top - bottom - gap * (panels - 1)) / panels;
   for (std::size_t k = 0; k < chart.panels.size(); ++k) {
-    const bool lowest = k + 1 == chart.panels.size();
+    const float from = top - each * static_cast<float>(k + 1) - gap * static_cast<float>(k);
     vtkNew<vtkChartXY> panel;
     panel->SetAutoSize(false);
     panel->SetLayoutStrategy(vtkChart::AXES_TO_RECT);
-    panel->SetSize(vtkRectf(finer * left, finer * (top - each * static_cast<float>(k + 1) - gap * static_cast<float>(k)), finer * (right - left), finer * each));
-    fill_panel(panel, chart.panels[k], lowest);
+    panel->SetSize(vtkRectf(finer * left, finer * from, finer * (right - left), finer * each));
+    fill_panel(panel, chart.panels[k], each);
     canvas->GetScene()->AddItem(panel);
+    add_text(renderer, chart.panels[k].y_label, 38, from + 0.5 * each, 23)->GetTextProperty()->SetOrientation(90);
+    if (k + 1 == chart.panels.size()) add_text(renderer, chart.panels[k].x_label, 0.5 * (left + right), 30, 23);
   }
-  add_text(renderer, chart.title, 0.5 * width, 868, 26, true, true);
+  add_line_of_text(renderer, chart.title, 868, 26, true);
   render(renderer, path);
 }
 
