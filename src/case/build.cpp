@@ -120,14 +120,15 @@ void add_ball(Simulation& s, const Case& c, std::uint8_t species, const Vec3& ce
   set(s.particles.spin[row], spin);
 }
 
-void refuse_overlaps(const InsertCase& insert, const Simulation& s) {
+void refuse_overlaps(const InsertCase& insert, double allowed, const Simulation& s) {
   const double overlap = largest_overlap(s.particles.position, s.walls, s.domain);
-  if (overlap > tolerated_overlap)
-    refuse(insert.where, "insert." + insert.name, fmt::format("found particles that overlap each other or a wall by {:.3g} of the smaller radius at the start; allowed is none", overlap));
+  if (overlap > allowed)
+    refuse(insert.where, "insert." + insert.name, fmt::format("found particles that overlap each other or a wall by {:.3g} of the smaller radius at the start; allowed is {}", overlap, allowed > tolerated_overlap ? fmt::format("{:g} (allowed_overlap)", allowed) : "none"));
 }
 
 // Listed particles first, since the packed ones make way for them.
 void insert_particles(const Case& c, Simulation& s) {
+  double allowed_overlap = 0;
   for (std::size_t k = 0; k < c.inserts.size(); ++k) {
     const InsertCase& insert = c.inserts[k];
     if (insert.method != InsertCase::Method::list) continue;
@@ -136,7 +137,8 @@ void insert_particles(const Case& c, Simulation& s) {
       const double diameter = ball.diameter > 0 ? ball.diameter : c.species[insert.species].sizes.sample(random);
       add_ball(s, c, insert.species, ball.position, diameter, ball.velocity, ball.spin);
     }
-    refuse_overlaps(insert, s);
+    allowed_overlap = std::max(allowed_overlap, insert.allowed_overlap);
+    refuse_overlaps(insert, allowed_overlap, s);
   }
   std::vector<bool> done(c.inserts.size());
   for (std::size_t k = 0; k < c.inserts.size(); ++k) {

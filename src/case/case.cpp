@@ -284,6 +284,7 @@ InsertCase read_insert(const Values& v, const std::string& name, const std::vect
         if (table.find("diameter") && !(insert.balls.back().diameter > 0)) v.refuse(t + ".file", fmt::format("found the diameter {} in {}; allowed is more than 0 m", insert.balls.back().diameter, file));
       }
     }
+    insert.allowed_overlap = v.number(t + ".allowed_overlap");
     if (insert.balls.empty()) v.refuse(t + ".positions", "found no position; allowed is at least one");
     return insert;
   }

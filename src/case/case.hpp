@@ -80,6 +80,7 @@ struct InsertCase {
   double filling = 0;
   Vec3 velocity = Vec3::Zero(), spin = Vec3::Zero();
   std::vector<Ball> balls;  // list
+  double allowed_overlap = 0;  // list: at the start, in radii
   Shape shape = Shape::mill;
   Vec3 centre = Vec3::Zero(), axis = Vec3::UnitZ(), size = Vec3::Zero();
   double radius = 0, length = 0;  // [m]

@@ -121,6 +121,7 @@ constexpr Key table[] = {
     {"insert.<name>.spin", vector, "rad/s", "[0, 0, 0]", any, "", "Angular velocity at the start", ""},
     {"insert.<name>.positions", vectors, "m", "", any, "", "list: centres", ""},
     {"insert.<name>.file", file, "", "", any, "", "list: CSV file with columns x, y, z [m] and optionally diameter [m], vx, vy, vz [m/s], wx, wy, wz [rad/s]", ""},
+    {"insert.<name>.allowed_overlap", number, "1", "1e-6", {0, 0.1}, "", "list: largest overlap at the start, in radii; the grains of a bed at rest lie in their contacts", ""},
     {"insert.<name>.region.shape", word, "", "\"mill\"", any, "mill box cylinder sphere", "Where packing and rain put particles", ""},
     {"insert.<name>.region.centre", vector, "m", "[0, 0, 0]", any, "", "Its centre", ""},
     {"insert.<name>.region.axis", vector, "1", "[0, 0, 1]", any, "", "cylinder: direction of its axis", ""},

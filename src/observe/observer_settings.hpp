@@ -44,6 +44,10 @@ struct ObserverSettings {
   double charge_interval = 0;         // between samples of the paths, every fourth of the fields too [s]; 0: 1/360 of a revolution, at least 50 time steps
   int angle_cells = 120;
   int radius_cells = 20;
+  std::vector<int> track;             // ids of particles whose place, velocity and spin are written against time
+  double track_interval = 0;          // [s]; 0: every step
+  bool contact_history = false;       // every contact, force and overlap against time, each step; needs Simulation::start(true); for few particles
+
   std::optional<ProfileLine> velocity_line;  // none: through the mill's centre, perpendicular to the free surface
 };
 

@@ -18,10 +18,13 @@ void Observers::see(const Simulation& simulation) {
   if (settings.shell_force) shell_force.see(simulation, settings);
   if (settings.spectrum) spectrum.see(simulation, settings);
   if (settings.charge) charge.see(simulation, settings);
+  if (settings.contact_history) contact_history.see(simulation);
+  if (!settings.track.empty()) track.see(simulation, settings);
 }
 
 void Observers::finish(const Simulation& simulation) {
   if (settings.spectrum) spectrum.finish(simulation);
+  if (!settings.track.empty()) track.finish(simulation, settings);
 }
 
 double Observers::steady_time() const {
@@ -46,6 +49,8 @@ std::vector<Table> Observers::tables() const {
   if (settings.shell_force) append(all, shell_force.tables(settings, from));
   if (settings.charge) append(all, charge.tables(settings, from));
   if (settings.spectrum) append(all, spectrum.tables(from));
+  if (settings.contact_history) append(all, contact_history.tables());
+  if (!settings.track.empty()) append(all, track.tables());
   return all;
 }
 

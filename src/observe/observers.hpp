@@ -2,11 +2,13 @@
 #pragma once
 #include "src/engine/simulation.hpp"
 #include "src/observe/charge.hpp"
+#include "src/observe/contact_history.hpp"
 #include "src/observe/observer_settings.hpp"
 #include "src/observe/shell_force.hpp"
 #include "src/observe/spectrum.hpp"
 #include "src/observe/table.hpp"
 #include "src/observe/torque_power.hpp"
+#include "src/observe/track.hpp"
 
 namespace quern {
 
@@ -16,12 +18,14 @@ struct Observers {
   ShellForce shell_force;
   CollisionSpectrum spectrum;
   Charge charge;
+  ContactHistory contact_history;
+  Track track;
 
   Observers() = default;
   explicit Observers(const ObserverSettings& chosen) : settings(chosen) {}
 
   // Whether Simulation::start must record collisions.
-  bool needs_collisions() const { return settings.spectrum || settings.charge; }
+  bool needs_collisions() const { return settings.spectrum || settings.charge || settings.contact_history; }
   // Call once after Simulation::start and after each step.
   void see(const Simulation& simulation);
   // Takes in what is still going on (contacts that last). May be called any number of times and the run may go on after it.
@@ -35,7 +39,7 @@ struct Observers {
   // All that was seen, not the settings: those come from the case.
   template <class Archive>
   void archive(Archive& a) {
-    a(torque_power, shell_force, spectrum, charge);
+    a(torque_power, shell_force, spectrum, charge, contact_history, track);
   }
 };
 
