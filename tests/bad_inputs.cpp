@@ -87,6 +87,11 @@ TEST_CASE("What is no case file at all exits 2 with one sentence", "[bad]") {
   check_refused(folder.path / "text_noise.toml", {});
   std::ofstream(folder.path / "deep.toml") << "a = " + std::string(100000, '[');
   check_refused(folder.path / "deep.toml", {});
+  std::ofstream dotted(folder.path / "dotted.toml");
+  for (int k = 0; k < 100000; ++k) dotted << "a.";
+  dotted << "b = 1\n";
+  dotted.close();
+  check_refused(folder.path / "dotted.toml", {"dotted.toml:1", "parts"});
   std::ofstream(folder.path / "latin.toml") << "title = \"M\xfchle\"\n";
   check_refused(folder.path / "latin.toml", {"latin.toml:1"});
 }

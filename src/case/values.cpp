@@ -39,6 +39,21 @@ std::string content_of(const std::string& file) {
   return content;
 }
 
+// The parser recurses once for each part of a dotted key; a key without end would take all of its stack. Returns the line of
+// the first key that is too deep, or 0.
+int too_deep(std::string_view content) {
+  constexpr int most_dots = 64;
+  int line = 1, dots = 0;
+  bool comment = false;
+  for (const char c : content) {
+    if (c == '\n') ++line, comment = false;
+    if (c == '#') comment = true;
+    if (comment || std::string_view("=,{\n").find(c) != std::string_view::npos) dots = 0;
+    else if (c == '.' && ++dots > most_dots) return line;
+  }
+  return 0;
+}
+
 struct Leaf {
   const toml::node* node;
   std::string where;
@@ -54,6 +69,7 @@ class Reader {
 
   Values read(const std::vector<std::string>& overrides) {
     const std::string content = content_of(values_.file);
+    if (const int line = too_deep(content)) fail(fmt::format("{}:{}: found a key of more than 64 parts; the longest known key has 5.", values_.file, line));
     toml::table document;
     try {
       document = toml::parse(content, values_.file);
@@ -116,6 +132,7 @@ class Reader {
     if (equals == text.npos || equals == 0) fail(where + ": allowed is key=value, such as mill.speed_fraction=0.75.");
     const std::string value = text.substr(equals + 1);
     try {
+      if (too_deep(value)) fail(where + ": found a key of more than 64 parts; the longest known key has 5.");
       kept = toml::parse("value = " + value);
     } catch (const toml::parse_error&) {
       kept = toml::table{{"value", value}};
