@@ -1,6 +1,8 @@
 #include "src/output/results_file.hpp"
+#include <fcntl.h>
 #include <hdf5.h>
 #include <pwd.h>
+#include <sys/stat.h>
 #include <unistd.h>
 #include <algorithm>
 #include <array>
@@ -119,6 +121,43 @@ std::string author() {
   return user && user->pw_name ? user->pw_name : "unknown";
 }
 
+// The end of the file as its first block states it (HDF5 file format specification 3.0, superblock version 0). HDF5 writes it
+// last, after headers that already point past it: a process killed between the two would leave a file that cannot be read. So a
+// later end is stated before a flush, and the true one after it.
+class StatedEnd {
+ public:
+  StatedEnd() = default;
+  explicit StatedEnd(const std::string& path) : descriptor_(open(path.c_str(), O_RDWR | O_CLOEXEC)) {
+    std::array<unsigned char, 16> head{};
+    const bool known = pread(descriptor_, head.data(), head.size(), 0) == static_cast<ssize_t>(head.size()) && head[8] == 0 && head[13] == 8;
+    if (!known) close_it();
+  }
+  StatedEnd(const StatedEnd&) = delete;
+  StatedEnd& operator=(StatedEnd&& other) noexcept {
+    std::swap(descriptor_, other.descriptor_);
+    return *this;
+  }
+  ~StatedEnd() { close_it(); }
+
+  void state(std::uint64_t end) {
+    struct stat now {};
+    if (descriptor_ < 0 || fstat(descriptor_, &now) != 0) return;
+    // Longer than stated is well; shorter is not.
+    if (static_cast<std::uint64_t>(now.st_size) < end && ftruncate(descriptor_, static_cast<off_t>(end)) != 0) return;
+    std::array<unsigned char, 8> bytes{};
+    for (std::size_t k = 0; k < bytes.size(); ++k) bytes[k] = static_cast<unsigned char>(end >> (8 * k));
+    if (pwrite(descriptor_, bytes.data(), bytes.size(), 40) != static_cast<ssize_t>(bytes.size()))
+      throw RunError("results.h5 cannot be written: the disk may be full.");
+  }
+
+ private:
+  void close_it() {
+    if (descriptor_ >= 0) close(descriptor_);
+    descriptor_ = -1;
+  }
+  int descriptor_ = -1;
+};
+
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr std::int32_t absent = -1;
 
@@ -131,6 +170,8 @@ struct ResultsFile::File {
   Handle radius, mass, species, material;      // [particle]
   std::map<std::string, Handle> columns;       // of the observables
   hsize_t frames = 0, particles = 0;
+  std::uint64_t waiting = 0;                   // bytes given to HDF5 since the last flush, at most
+  StatedEnd end;
 
   void make_trajectory(const Simulation& s);
 };
@@ -172,11 +213,22 @@ ResultsFile::ResultsFile(const std::string& path, const Simulation& simulation, 
   text_attribute(parameters, "title", title);
   file_->make_trajectory(simulation);
   flush();
+  file_->end = StatedEnd(path);
 }
 
 ResultsFile::~ResultsFile() = default;
 
-void ResultsFile::flush() { must(H5Fflush(file_->file, H5F_SCOPE_GLOBAL)); }
+void ResultsFile::flush() {
+  haddr_t end = 0;
+  must(H5Fget_eoa(file_->file, &end));
+  // Numbers that do not compress grow a little; each array that grows may begin a new chunk and a new page of its index.
+  constexpr std::uint64_t index_room = 1 << 20;
+  file_->end.state(end + file_->waiting + file_->waiting / 8 + index_room);
+  must(H5Fflush(file_->file, H5F_SCOPE_GLOBAL));
+  file_->waiting = 0;
+  must(H5Fget_eoa(file_->file, &end));
+  file_->end.state(end);
+}
 
 void ResultsFile::File::make_trajectory(const Simulation& s) {
   const Handle all = group(file, "particles"), balls = group(all, "balls"), frame_box = group(balls, "box");
@@ -280,6 +332,7 @@ void ResultsFile::append_frame(const Simulation& s) {
   put(f.frame_time, H5T_NATIVE_DOUBLE, {f.frames}, {1}, &time);
   ++f.frames;
   f.particles = rows;
+  f.waiting += 256 * rows;  // more than one frame's rows take, newcomers included
   flush();
 }
 
@@ -306,6 +359,7 @@ void ResultsFile::append_rows(const Table& table, std::size_t first_row) {
       text_attribute(set, "unit", column.unit);
       text_attribute(set, "description", column.description);
     }
+    file_->waiting += 8 * column.values.size();
     if (first_row < column.values.size())
       put(set, H5T_NATIVE_DOUBLE, {first_row}, {column.values.size() - first_row}, column.values.data() + first_row);
   }
