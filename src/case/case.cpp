@@ -308,10 +308,10 @@ InsertCase read_insert(const Values& v, const std::string& name, const std::vect
 TumblingMill read_mill(const Values& v, const std::vector<std::string>& materials) {
   TumblingMill mill;
   require(v, "mill", "diameter", "a mill");
-  require(v, "mill", "length", "a mill");
+  if (v.has("mill.length") == v.has("mill.length_ratio")) v.refuse("mill", "a mill needs length or length_ratio, one of the two");
   if (v.has("mill.speed") == v.has("mill.speed_fraction")) v.refuse("mill", "a mill needs speed or speed_fraction, one of the two");
   mill.diameter = v.number("mill.diameter");
-  mill.length = v.number("mill.length");
+  mill.length = v.has("mill.length") ? v.number("mill.length") : v.number("mill.length_ratio") * mill.diameter;
   mill.ramp = v.number("mill.ramp");
   mill.centre = v.vector("mill.centre");
   mill.axis = direction(v, "mill.axis");

@@ -97,6 +97,7 @@ constexpr Key table[] = {
     {"mill.type", word, "", "\"tumbling\"", any, "tumbling", "Kind of mill", ""},
     {"mill.diameter", number, "m", "", positive, "", "Inside the shell", ""},
     {"mill.length", number, "m", "", positive, "", "Inside the ends, or the period along a mill without ends", ""},
+    {"mill.length_ratio", number, "1", "", positive, "", "Length over diameter, instead of length", ""},
     {"mill.speed", number, "rad/s", "", any, "", "Speed of rotation, right-handed about the axis", ""},
     {"mill.speed_fraction", number, "1", "", {-3, 3}, "", "Speed as a fraction of the critical speed √(2g/(D − d)), with d the greatest diameter of the charge", ""},
     {"mill.ramp", number, "s", "0", not_negative, "", "Time from rest to full speed", ""},

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <memory>
 #include "src/case/build.hpp"
+#include "src/case/mill_headlines.hpp"
 #include "src/cli/commands.hpp"
 #include "src/cli/stop_signal.hpp"
 #include "src/observe/observers.hpp"
@@ -45,12 +46,8 @@ int run(const RunWords& words) {
   settings.vtk_frames = c.output.paraview;
   settings.trajectory = c.output.trajectory;
   settings.pictures = c.output.pictures;
-  if (c.mill) {
-    settings.view_axis = c.mill->axis;
-    settings.headlines.push_back({"critical_speed", c.critical_speed, "rad/s", {}, "Speed at which the largest ball stays on the shell"});
-    settings.headlines.push_back({"speed_fraction", c.mill->speed / c.critical_speed, "1", {}, "Speed over critical speed"});
-    settings.headlines.push_back({"filling", built.filling, "1", {}, "Bulk volume of the charge (porosity 0.4) over the volume of the mill"});
-  }
+  if (c.mill) settings.view_axis = c.mill->axis;
+  settings.headlines = mill_headlines(c, built);
 
   RunOptions options;
   options.directory = words.directory.empty() ? "out/" + c.name : words.directory;
