@@ -8,12 +8,15 @@ class App;
 
 namespace quern {
 
+inline constexpr const char* program_version = "0.1.0";
+
 // Set by the command that the user chose; returns the exit status.
 using Action = std::function<int()>;
 
 void add_run(CLI::App& program, Action& action);
 void add_check(CLI::App& program, Action& action);
 void add_sweep(CLI::App& program, Action& action);
+void add_validate(CLI::App& program, Action& action);
 void add_list(CLI::App& program, Action& action);
 void add_linearize(CLI::App& program, Action& action);
 

@@ -7,11 +7,12 @@
 int main(int argc, char** argv) {
   CLI::App program("quern simulates grinding by the discrete element method.\nA case is a TOML file; `quern list keys` tells all that it can say.", "quern");
   program.require_subcommand(1);
-  program.set_version_flag("--version", "quern 0.1.0");
+  program.set_version_flag("--version", std::string("quern ") + quern::program_version);
   quern::Action action;
   quern::add_run(program, action);
   quern::add_check(program, action);
   quern::add_sweep(program, action);
+  quern::add_validate(program, action);
   quern::add_list(program, action);
   quern::add_linearize(program, action);
   try {
