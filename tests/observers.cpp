@@ -91,6 +91,8 @@ TEST_CASE("power by torque, by the walls' work and by the ledger agree in a drum
     s.start(true);
     Observers observers(settings);
     observers.see(s);
+    while (s.clock.time() < 0.5) s.step(), observers.see(s);
+    const double lost_before = s.ledger.dissipated();
     while (s.clock.time() < 2.0) s.step(), observers.see(s);
     observers.finish(s);
     const auto lines = observers.headlines();
@@ -98,8 +100,8 @@ TEST_CASE("power by torque, by the walls' work and by the ledger agree in a drum
     CHECK(power > 0);
     CHECK(value(lines, "torque") * 8.0 == Approx(power).epsilon(1e-9));
     CHECK(value(lines, "power_walls") == Approx(power).epsilon(2e-3));  // forces at the step's end against work over the step
-    CHECK(value(lines, "power_ledger") == Approx(power).epsilon(0.02));
-    CHECK(value(lines, "contact_power") == Approx(value(lines, "power_ledger")).epsilon(0.02));
+    CHECK(value(lines, "power_ledger") == Approx(power).epsilon(5e-3));  // closure of the ledger
+    CHECK(value(lines, "contact_power") == Approx((s.ledger.dissipated() - lost_before) / 1.5).epsilon(1e-3));  // the window is a step off
     CHECK(value(lines, "shell_force_vertical") == Approx(-9.81 * 60 * s.particles.mass(0)).epsilon(0.02));
     CHECK(value(lines, "toe_angle") < 200);
     CHECK(value(lines, "shoulder_angle") > 220);

@@ -1,6 +1,8 @@
 #include "src/engine/simulation.hpp"
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <mutex>
 #include <fmt/format.h>
 #include "src/base/error.hpp"
 #include "src/engine/integrate.hpp"
@@ -15,11 +17,6 @@ double extent_of(const Particles& particles) {
   double largest = 0;
   for (const Quad& q : particles.position) largest = std::max({largest, std::abs(q.x), std::abs(q.y), std::abs(q.z)});
   return 2 * largest;
-}
-
-void move_walls(Simulation& s) {
-  const std::vector<Pose> frames = poses_at(s.frames, s.clock.time());
-  for (Wall& wall : s.walls) wall.pose = wall.frame < 0 ? wall.rest : carried(frames[at(wall.frame)], wall.rest);
 }
 
 [[noreturn]] void report_lost_particle(const Simulation& s) {
@@ -55,36 +52,48 @@ void search(Simulation& s) {
               [&](int b) { find_wall_candidates(s.walls, s.particles, s.contacts.skin, s.contacts.blocks[static_cast<std::size_t>(b)]); });
 }
 
-void apply_contacts(Simulation& s, const StepContext& context) {
-  s.team->run(static_cast<int>(s.contacts.blocks.size()), [&](int b) {
-    ContactBlock& block = s.contacts.blocks[static_cast<std::size_t>(b)];
-    block.sums = {};
-    block.collisions.clear();
-    std::fill(block.wall_sums.begin(), block.wall_sums.end(), WallSums{});
-    for (std::vector<Remote>& list : block.remote) list.clear();
-    s.kernels->find_touching(context, block);
-    find_wall_touches(context, s.walls, block);
-    for (std::size_t kind = 0; kind < s.pair_laws.size(); ++kind) {
-      s.kernels->pair_forces(context, s.pair_laws[kind], block.pairs[kind], block);
-      s.kernels->wall_forces(context, s.pair_laws[kind], block.walls[kind], block);
-    }
-  });
+void find_forces(Simulation& s, const StepContext& context, ContactBlock& block) {
+  block.sums = {};
+  block.collisions.clear();
+  std::fill(block.wall_sums.begin(), block.wall_sums.end(), WallSums{});
+  for (std::vector<Remote>& list : block.remote) list.clear();
+  s.kernels->find_touching(context, block);
+  find_wall_touches(context, s.walls, block);
+  for (std::size_t kind = 0; kind < s.pair_laws.size(); ++kind) {
+    s.kernels->pair_forces(context, s.pair_laws[kind], block.pairs[kind], block);
+    s.kernels->wall_forces(context, s.pair_laws[kind], block.walls[kind], block);
+  }
 }
 
-// Adds what earlier blocks hold for each block's particles, in the order of the blocks, then completes the velocities.
-void finish_particles(Simulation& s) {
-  const Triple<double> gravity = triple(s.gravity);
-  s.team->run(static_cast<int>(s.contacts.blocks.size()), [&](int b) {
+// Adds what earlier blocks hold for a block's particles, in the order of the blocks, then completes their velocities.
+void finish_block(Simulation& s, std::size_t mine, double time_step) {
+  for (std::size_t other = 0; other < mine; ++other)
+    for (const Remote& r : s.contacts.blocks[other].remote[mine]) {
+      Quad &force = s.particles.force[at(r.particle)], &torque = s.particles.torque[at(r.particle)];
+      force = {force.x + r.force.x, force.y + r.force.y, force.z + r.force.z, 0};
+      torque = {torque.x + r.torque.x, torque.y + r.torque.y, torque.z + r.torque.z, 0};
+    }
+  const ContactBlock& block = s.contacts.blocks[mine];
+  correct(s.particles, block.first, block.last, time_step, triple(s.gravity));
+}
+
+// Forces on all particles, then their velocities. Pairs look forward only, so once a block and all before it have their forces
+// nobody reads its particles any more: it is finished at once, while it is still in the cache.
+void apply_contacts(Simulation& s, const StepContext& context) {
+  const std::size_t count = s.contacts.blocks.size();
+  std::vector<std::atomic<bool>> ready(count);
+  std::size_t next = 0;  // to finish; guarded by `finishing`
+  std::mutex finishing;
+  const auto finish_ready = [&] {
+    for (; next < count && ready[next].load(std::memory_order_acquire); ++next) finish_block(s, next, context.time_step);
+  };
+  s.team->run(static_cast<int>(count), [&](int b) {
     const auto mine = static_cast<std::size_t>(b);
-    for (std::size_t other = 0; other < mine; ++other)
-      for (const Remote& r : s.contacts.blocks[other].remote[mine]) {
-        Quad &force = s.particles.force[at(r.particle)], &torque = s.particles.torque[at(r.particle)];
-        force = {force.x + r.force.x, force.y + r.force.y, force.z + r.force.z, 0};
-        torque = {torque.x + r.torque.x, torque.y + r.torque.y, torque.z + r.torque.z, 0};
-      }
-    const ContactBlock& block = s.contacts.blocks[mine];
-    correct(s.particles, block.first, block.last, s.clock.time_step, gravity);
+    find_forces(s, context, s.contacts.blocks[mine]);
+    ready[mine].store(true, std::memory_order_release);
+    if (const std::unique_lock lock(finishing, std::try_to_lock); lock.owns_lock()) finish_ready();
   });
+  finish_ready();  // what became ready while another thread held the lock
 }
 
 // Collects what the blocks noted, in their order.
@@ -121,6 +130,11 @@ void gather_sums(Simulation& s) {
 
 }  // namespace
 
+void Simulation::move_walls() {
+  const std::vector<Pose> poses = poses_at(frames, clock.time());
+  for (Wall& wall : walls) wall.pose = wall.frame < 0 ? wall.rest : carried(poses[at(wall.frame)], wall.rest);
+}
+
 StepContext Simulation::context() const {
   return {const_cast<Particles*>(&particles), &domain, pair_kind.data(), static_cast<Index>(materials.size()), contacts.block_size, clock.time_step, 0.5 * clock.time_step, clock.time()};
 }
@@ -128,8 +142,8 @@ StepContext Simulation::context() const {
 void Simulation::start(bool record_collisions) {
   contacts = {};
   contacts.records = record_collisions;
-  move_walls(*this);
-  extent_of_particles_ = extent_of(particles);
+  move_walls();
+  extent_of_particles = extent_of(particles);
   search(*this);
   // Forces where everything stands, without moving anything: the accelerations that the first step begins with.
   StepContext standing = context();
@@ -137,34 +151,28 @@ void Simulation::start(bool record_collisions) {
   std::fill(particles.force.begin(), particles.force.end(), Quad{});
   std::fill(particles.torque.begin(), particles.torque.end(), Quad{});
   apply_contacts(*this, standing);
-  const double time_step = clock.time_step;
-  clock.time_step = 0;
-  finish_particles(*this);
-  clock.time_step = time_step;
   ledger = {};
   gather_sums(*this);
   measure_energy();
   ledger.stored_at_start = ledger.stored();
-  start_kinetic_ = ledger.kinetic;
-  start_potential_ = ledger.potential;
+  reference_energy = {ledger.kinetic, ledger.potential};
 }
 
 void Simulation::step() {
   advance_particles(*this);
   ++clock.step;
-  move_walls(*this);
+  move_walls();
   double closing = 0;
   if (!walls.empty()) {
-    const double extent = extent_of_particles_;
+    const double extent = extent_of_particles;
     for (const Wall& wall : walls) closing = std::max(closing, closing_speed(wall, extent));
   }
   contacts.wall_travelled += closing * clock.time_step;
   if (contacts.stale()) {
     search(*this);
-    extent_of_particles_ = extent_of(particles);
+    extent_of_particles = extent_of(particles);
   }
   apply_contacts(*this, context());
-  finish_particles(*this);
   gather_sums(*this);
 }
 
@@ -189,7 +197,7 @@ void Simulation::measure_energy() {
   const auto [kinetic, potential] = kinetic_and_potential();
   ledger.kinetic = kinetic;
   ledger.potential = potential;
-  ledger.exchanged = std::max({ledger.exchanged, std::abs(kinetic - start_kinetic_), std::abs(potential - start_potential_)});
+  ledger.exchanged = std::max({ledger.exchanged, std::abs(kinetic - reference_energy[0]), std::abs(potential - reference_energy[1])});
 }
 
 std::vector<Collision> Simulation::lasting_collisions() const {

@@ -55,10 +55,15 @@ struct Simulation {
   const std::vector<Collision>& ended_collisions() const { return contacts.ended; }
   std::vector<Collision> lasting_collisions() const;
 
+  // Brings the walls to where the clock says.
+  void move_walls();
+
+  // Kept by start() and step().
+  std::array<double, 2> reference_energy{0, 0};  // kinetic and potential at the start [J]
+  double extent_of_particles = 0;                // of the box that holds them, as of the last search [m]
+
  private:
   StepContext context() const;
-  double start_kinetic_ = 0, start_potential_ = 0;  // [J]
-  double extent_of_particles_ = 0;                  // [m]
 };
 
 }  // namespace quern

@@ -45,7 +45,7 @@ Heights heights_of(const PackingRequest& request, const Site& site, RandomStream
 
 // Gives each new ball the best of some places below a height. Balls come largest first, so that the small find the gaps.
 void place_below(double height, const Heights& heights, const PackingRequest& request, const Site& site, RandomStream& random,
-                 Charge& charge) {
+                 Heap& charge) {
   SphereGrid grid = site.grid_for(charge);
   for (std::size_t k = 0; k < charge.present; ++k) grid.insert(static_cast<Index>(k), charge.ball[k]);
   for (std::size_t k = charge.present; k < charge.ball.size(); ++k) {
@@ -67,7 +67,7 @@ void place_below(double height, const Heights& heights, const PackingRequest& re
 }
 
 // New balls that are near in space become near in memory.
-void sort_in_space(Charge& charge) {
+void sort_in_space(Heap& charge) {
   const std::size_t count = charge.ball.size() - charge.present;
   double cell = 0;
   for (std::size_t k = charge.present; k < charge.ball.size(); ++k) cell += 4 * charge.ball[k].w / static_cast<double>(count);
@@ -82,7 +82,7 @@ void sort_in_space(Charge& charge) {
   }
   std::sort(keys.begin(), keys.end(),
             [](const Key& a, const Key& b) { return std::tie(a.x, a.y, a.z, a.from) < std::tie(b.x, b.y, b.z, b.from); });
-  Charge sorted = charge;
+  Heap sorted = charge;
   for (std::size_t k = 0; k < count; ++k) {
     sorted.ball[charge.present + k] = charge.ball[keys[k].from];
     sorted.species[charge.present + k] = charge.species[keys[k].from];
@@ -93,7 +93,7 @@ void sort_in_space(Charge& charge) {
 // Overlapping balls, pushed apart pair by pair. A smaller ball yields to a larger one, all yield to walls and to balls that were there.
 class Pushing {
  public:
-  Pushing(const PackingRequest& request, const Site& site, Charge& charge)
+  Pushing(const PackingRequest& request, const Site& site, Heap& charge)
       : domain_(request.domain), site_(site), charge_(charge), grid_(site.grid_for(charge)) {
     double smallest = 1e300;
     for (const Quad& ball : charge_.ball) smallest = std::min(smallest, ball.w);
@@ -186,7 +186,7 @@ class Pushing {
 
   const Domain& domain_;
   const Site& site_;
-  Charge& charge_;
+  Heap& charge_;
   SphereGrid grid_;
   double skin_ = 0;
   std::vector<Quad> listed_, before_;  // where the balls were when the neighbours were found, and before a sweep
@@ -195,7 +195,7 @@ class Pushing {
 };
 
 // Whether the balls of the charge come apart.
-bool pack(const PackingRequest& request, const Site& site, const Heights& heights, RandomStream& random, Charge& charge) {
+bool pack(const PackingRequest& request, const Site& site, const Heights& heights, RandomStream& random, Heap& charge) {
   const double solid = solid_volume(charge.ball.data(), charge.ball.data() + charge.ball.size());
   place_below(heights.below(solid / start_fraction), heights, request, site, random, charge);
   sort_in_space(charge);
@@ -211,7 +211,7 @@ bool pack(const PackingRequest& request, const Site& site, const Heights& height
 
 Packing pack_dense(const PackingRequest& request, const std::vector<Wall>& walls) {
   RandomStream random(request.seed, 2);
-  Charge charge = charge_of(request, random);
+  Heap charge = charge_of(request, random);
   if (charge.ball.size() == charge.present) return {};
   for (std::size_t k = 0; k < charge.present; ++k) charge.ball[k] = wrapped(request.domain, charge.ball[k]);
   const Site site(request, walls);

@@ -48,9 +48,9 @@ Vec3 separation(const Domain& domain, const Quad& from, const Quad& to) {
   return vec(domain.nearest({to.x - from.x, to.y - from.y, to.z - from.z}));
 }
 
-Charge charge_of(const PackingRequest& request, RandomStream& random) {
+Heap charge_of(const PackingRequest& request, RandomStream& random) {
   check(request.region);
-  Charge charge;
+  Heap charge;
   charge.ball = request.present;
   charge.present = request.present.size();
   charge.species.assign(charge.present, 0);
@@ -74,7 +74,7 @@ Charge charge_of(const PackingRequest& request, RandomStream& random) {
   return charge;
 }
 
-Packing packing_of(const PackingRequest& request, const Charge& charge) {
+Packing packing_of(const PackingRequest& request, const Heap& charge) {
   Packing packing;
   for (std::size_t k = charge.present; k < charge.ball.size(); ++k) {
     packing.position.push_back(vec(charge.ball[k]));
@@ -90,7 +90,7 @@ Packing packing_of(const PackingRequest& request, const Charge& charge) {
 Site::Site(const PackingRequest& request, const std::vector<Wall>& walls)
     : region_(request.region), domain_(request.domain), walls_(walls), joined_(joined_directions(region_, domain_)), solids_(walls) {}
 
-SphereGrid Site::grid_for(const Charge& charge) const {
+SphereGrid Site::grid_for(const Heap& charge) const {
   // A box about the region: far enough in each direction for its every point.
   Vec3 lower = region_.pose.origin, upper = lower;
   const auto hold = [&](const Vec3& own) {
@@ -166,7 +166,7 @@ double largest_overlap(const std::vector<Quad>& balls, const std::vector<Wall>& 
   for (const Quad& ball : balls) lower = lower.cwiseMin(vec(ball)), upper = upper.cwiseMax(vec(ball));
   request.region.shape = BoxRegion{lower, upper};
   const Site site(request, walls);
-  Charge charge;
+  Heap charge;
   charge.ball = balls;
   SphereGrid grid = site.grid_for(charge);
   double most = 0;

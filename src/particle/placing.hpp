@@ -10,16 +10,16 @@
 namespace quern {
 
 // The balls that are there already, then the new ones, largest first.
-struct Charge {
+struct Heap {
   std::vector<Quad> ball;             // centre and radius [m]
   std::vector<std::uint8_t> species;  // of every ball; 0 for those already there
   std::size_t present = 0;
 };
 
 // Diameters and species of all portions; new balls have no place yet. Throws InputError on a request that cannot be.
-Charge charge_of(const PackingRequest& request, RandomStream& random);
+Heap charge_of(const PackingRequest& request, RandomStream& random);
 
-Packing packing_of(const PackingRequest& request, const Charge& charge);
+Packing packing_of(const PackingRequest& request, const Heap& charge);
 
 double reference_volume(const PackingRequest& request);    // [m³]
 double solid_volume(const Quad* first, const Quad* last);  // of balls [m³]
@@ -31,7 +31,7 @@ class Site {
  public:
   Site(const PackingRequest& request, const std::vector<Wall>& walls);
 
-  SphereGrid grid_for(const Charge& charge) const;
+  SphereGrid grid_for(const Heap& charge) const;
   Vec3 random_place(double radius, RandomStream& random) const { return quern::random_place(region_, joined_, radius, random); }
   Vec3 nearest_place(double radius, const Vec3& centre) const { return quern::nearest_place(region_, joined_, radius, centre); }
   // Whether a ball overlaps a wall or lies within its solid.

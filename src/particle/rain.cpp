@@ -8,7 +8,7 @@ constexpr int most_tries = 3000;
 
 Packing pack_rain(const PackingRequest& request, const std::vector<Wall>& walls) {
   RandomStream random(request.seed, 1);
-  Charge charge = charge_of(request, random);
+  Heap charge = charge_of(request, random);
   if (charge.ball.empty()) return {};
   const Site site(request, walls);
   SphereGrid grid = site.grid_for(charge);

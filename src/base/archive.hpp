@@ -1,0 +1,142 @@
+// Plain data to bytes and back, for checkpoints. A type takes part if its bytes are its value (numbers, enums, structs of them), if it is
+// a string, vector, map, optional or array of such, or if it has `template <class A> void archive(A& a) { a(member, …); }`.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <map>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <vector>
+#include "src/base/error.hpp"
+
+namespace quern {
+
+class ArchiveWriter {
+ public:
+  std::string bytes;
+
+  template <class... T>
+  void operator()(T&... values) {
+    (put(values), ...);
+  }
+
+ private:
+  template <class T>
+  void put(T& value) {
+    if constexpr (requires { value.archive(*this); }) {
+      value.archive(*this);
+    } else {
+      static_assert(std::is_trivially_copyable_v<T>, "give the type an archive function");
+      bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+    }
+  }
+  void put_size(std::size_t size) {
+    auto fixed = static_cast<std::uint64_t>(size);
+    put(fixed);
+  }
+  void put(std::string& text) { put_size(text.size()), bytes += text; }
+  void put(std::vector<bool>& flags) {
+    put_size(flags.size());
+    for (bool flag : flags) bytes += static_cast<char>(flag);
+  }
+  template <class T>
+  void put(std::vector<T>& values) {
+    put_size(values.size());
+    if constexpr (std::is_trivially_copyable_v<T>) {
+      if (!values.empty()) bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
+    } else {
+      for (T& value : values) put(value);
+    }
+  }
+  template <class K, class V>
+  void put(std::map<K, V>& values) {
+    put_size(values.size());
+    for (auto& [key, value] : values) {
+      K copy = key;
+      put(copy);
+      put(value);
+    }
+  }
+  template <class T>
+  void put(std::optional<T>& value) {
+    put_size(value ? 1 : 0);
+    if (value) put(*value);
+  }
+};
+
+class ArchiveReader {
+ public:
+  explicit ArchiveReader(const std::string& source) : bytes_(source) {}
+
+  template <class... T>
+  void operator()(T&... values) {
+    (get(values), ...);
+  }
+  bool at_end() const { return at_ == bytes_.size(); }
+
+ private:
+  const char* take(std::size_t count) {
+    if (count > bytes_.size() - at_) throw InputError("the data end too early");
+    at_ += count;
+    return bytes_.data() + at_ - count;
+  }
+  std::size_t get_size() {
+    std::uint64_t size = 0;
+    get(size);
+    if (size > bytes_.size()) throw InputError("the data name a length that they do not hold");
+    return static_cast<std::size_t>(size);
+  }
+  template <class T>
+  void get(T& value) {
+    if constexpr (requires { value.archive(*this); }) {
+      value.archive(*this);
+    } else {
+      static_assert(std::is_trivially_copyable_v<T>, "give the type an archive function");
+      std::memcpy(&value, take(sizeof value), sizeof value);
+    }
+  }
+  void get(std::string& text) {
+    const std::size_t size = get_size();
+    text.assign(take(size), size);
+  }
+  void get(std::vector<bool>& flags) {
+    flags.resize(get_size());
+    for (std::size_t k = 0; k < flags.size(); ++k) flags[k] = *take(1) != 0;
+  }
+  template <class T>
+  void get(std::vector<T>& values) {
+    const std::size_t size = get_size();
+    if constexpr (std::is_trivially_copyable_v<T>) {
+      const char* from = take(size * sizeof(T));
+      values.resize(size);
+      if (size > 0) std::memcpy(static_cast<void*>(values.data()), from, size * sizeof(T));
+    } else {
+      values.resize(size);
+      for (T& value : values) get(value);
+    }
+  }
+  template <class K, class V>
+  void get(std::map<K, V>& values) {
+    values.clear();
+    for (std::size_t k = get_size(); k > 0; --k) {
+      K key{};
+      get(key);
+      get(values[key]);
+    }
+  }
+  template <class T>
+  void get(std::optional<T>& value) {
+    if (get_size() == 0) {
+      value.reset();
+    } else {
+      get(value.emplace());
+    }
+  }
+
+  const std::string& bytes_;
+  std::size_t at_ = 0;
+};
+
+}  // namespace quern
