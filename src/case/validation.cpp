@@ -178,7 +178,7 @@ Figure read_figure(Entry entry) {
   if (auto part = entry.table_if("table")) {
     ++measures;
     TableMeasure table;
-    table.file = part->text("file"), table.column = part->text("column"), table.pick = part->text("pick", ""), table.x = part->text("x", "");
+    table.file = part->text("file"), table.column = part->text("column"), table.over = part->text("over", ""), table.pick = part->text("pick", ""), table.x = part->text("x", "");
     const auto at = part->number_if("at");
     table.at = at.value_or(0);
     table.where = part->place("where");
@@ -339,7 +339,9 @@ Measured from_table(const Figure& figure, const TableMeasure& table, const RunRe
     const std::vector<std::string> cells = cells_of(line);
     if (cells.size() != names.size()) continue;
     if (!std::all_of(table.where.begin(), table.where.end(), [&](const auto& part) { return same("", cells[index(part.first)], part.second); })) continue;
-    const auto number = number_of("", cells[column]), along = table.x.empty() ? std::optional(0.0) : number_of("", cells[index(table.x)]);
+    auto number = number_of("", cells[column]);
+    if (number && !table.over.empty()) number = *number / number_of("", cells[index(table.over)]).value_or(NAN);
+    const auto along = table.x.empty() ? std::optional(0.0) : number_of("", cells[index(table.x)]);
     if (number && along) y.push_back(*number), x.push_back(*along);
   }
   if (y.empty()) missing(figure, fmt::format("{} has no row with {}", file, place_text(table.where)));
@@ -353,7 +355,7 @@ Measured from_table(const Figure& figure, const TableMeasure& table, const RunRe
     return {sum / static_cast<double>(y.size()), {}};
   }
   for (std::size_t k = 0; k + 1 < x.size(); ++k) {
-    if (!(x[k] <= table.at && table.at <= x[k + 1]) || x[k] == x[k + 1]) continue;
+    if ((x[k] - table.at) * (x[k + 1] - table.at) > 0 || x[k] == x[k + 1]) continue;
     return {y[k] + (y[k + 1] - y[k]) * (table.at - x[k]) / (x[k + 1] - x[k]), {}};
   }
   missing(figure, fmt::format("{}: {} = {} lies outside {} … {}", file, table.x, table.at, x.front(), x.back()));

@@ -36,7 +36,7 @@ struct PairMeasure {
   SweepPlace at;
 };
 struct TableMeasure {
-  std::string file, column, pick, x;  // pick: first, last, max, min, mean; or x and at
+  std::string file, column, over, pick, x;  // over: a column to divide by, or empty; pick: first, last, max, min, mean; or x and at
   double at = 0;
   SweepPlace where;
 };
