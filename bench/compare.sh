@@ -1,22 +1,24 @@
 #!/usr/bin/env bash
-# bench/compare.sh [--quick] [--yade] [--cpu-time] [--repeats N] [--out DIR]
+# bench/compare.sh [--quick] [--yade] [--cpu-time] [--cores N] [--repeats N] [--out DIR]
 # The same work with quern, LIGGGHTS and LAMMPS (and YADE where asked), from the same positions, alternating, on one core and two.
 #   --quick      a drum of 10,000 balls, few steps: under three minutes
+#   --cores N    at most so many
 #   --cpu-time   one-core speeds per second of processor time: for a machine that others use too
 # Writes DIR/results.csv (every run), DIR/physics.csv and DIR/table.md; prints the tables.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(dirname "$here")
 out=$root/build/compare
-quick=no yade=no cpu_time=no repeats=
+quick=no yade=no cpu_time=no repeats= most_cores=2
 while [ $# -gt 0 ]; do
   case $1 in
     --quick) quick=yes ;;
     --yade) yade=yes ;;
     --cpu-time) cpu_time=yes ;;
+    --cores) most_cores=$2; shift ;;
     --repeats) repeats=$2; shift ;;
     --out) out=$2; shift ;;
-    *) sed -n 2,6p "$0" | cut -c3-; exit 2 ;;
+    *) sed -n 2,7p "$0" | cut -c3-; exit 2 ;;
   esac
   shift
 done
@@ -37,7 +39,7 @@ install() {  # PACKAGE PROGRAM
 codes=(quern)
 if install liggghts liggghts; then codes+=(liggghts); fi
 if install lammps lmp; then codes+=(lammps lammps_classic); fi
-if [ "$yade" = yes ] && install yade yade-batch; then codes+=(yade); fi
+if [ "$yade" = yes ] && install yade yade; then codes+=(yade); fi
 
 if [ -z "${QUERN_BENCH:-}" ]; then
   QUERN_BENCH=$root/build/release/quern_bench
@@ -51,7 +53,7 @@ if [ "$quick" = yes ]; then
   works=("drum 10000 0.5 800")
   skins=(0.0005 0.001 0.002) repeats=${repeats:-3}
 else
-  works=("drum 10000 1.5 4000" "drum 100000 1.5 400" "bed 32000 0.5 1000")
+  works=("drum 10000 1.5 2000" "drum 100000 1.5 200" "bed 32000 0.5 500")
   skins=(0.0005 0.001 0.0015 0.002 0.003) repeats=${repeats:-5}
 fi
 
@@ -79,7 +81,7 @@ run_code() {  # CODE WORK BALLS CORES WARM STEPS SKIN SAMPLE
     liggghts) command=("${mpi[@]}" liggghts -in "$here/peers/in.liggghts" -log none "${vars[@]}") ;;
     lammps) command=("${mpi[@]}" lmp -in "$here/peers/in.lammps" -log none -var law granular "${vars[@]}") ;;
     lammps_classic) command=("${mpi[@]}" lmp -in "$here/peers/in.lammps" -log none -var law classic "${vars[@]}") ;;
-    yade) command=(yade-batch --job-threads="$n" -j "$n" --log /dev/stdout "$here/peers/bed.py" "$start" "$warm" "$steps" "$sample" "$means" "$n") ;;
+    yade) command=(yade -n -x -j"$n" "$here/peers/bed.py" "$start" "$warm" "$steps" "$sample" "$means") ;;
   esac
   local TIMEFORMAT=%P percent
   percent=$( { time (cd "$out" && "${command[@]}" > "$log" 2>&1) ; } 2>&1 ) || { echo "$code failed on $work $balls; see $log" >&2; return 1; }
@@ -144,7 +146,7 @@ for repeat in $(seq "$repeats"); do
   for work in "${works[@]}"; do
     read -r name balls _ steps <<< "$work"
     for n in 1 2; do
-      [ "$n" -le "$cores" ] || continue
+      [ "$n" -le "$cores" ] && [ "$n" -le "$most_cores" ] || continue
       timed=("${codes[@]}")
       [ "$name" = drum ] && [ "$n" = 1 ] && timed+=(quern_mesh)
       for code in "${timed[@]}"; do

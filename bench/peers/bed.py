@@ -1,0 +1,60 @@
+# The bed of bench/drum.cpp in YADE: yade -n -x -jN bed.py START WARM STEPS SAMPLE MEANS
+# Hertz–Mindlin with Tsuji damping from the restitution; no tangential damping. sample > 0: readings instead of a timing.
+import sys, time, math
+from yade import pack, utils
+
+start, warm, steps, sample, means = sys.argv[1], int(sys.argv[2]), int(sys.argv[3]), int(sys.argv[4]), sys.argv[5]
+atoms, speeds, box, part = {}, {}, {}, None
+for line in open(start):
+    words = line.split()
+    if not words:
+        continue
+    if words[0] in ("Atoms", "Velocities"):
+        part = words[0]
+    elif len(words) == 4 and words[2].endswith("lo"):
+        box[words[2][0]] = (float(words[0]), float(words[1]))
+    elif part == "Atoms":
+        atoms[int(words[0])] = [float(w) for w in words[2:]]
+    elif part == "Velocities":
+        speeds[int(words[0])] = [float(w) for w in words[1:]]
+
+material = O.materials.append(FrictMat(density=7800, young=1e8, poisson=0.3, frictionAngle=math.atan(0.5)))
+# The space is periodic in all three directions; upwards it is so tall that the bed does not meet itself.
+height = box["z"][1] - box["z"][0] + 0.2
+O.periodic = True
+O.cell.setBox(Vector3(box["x"][1] - box["x"][0], box["y"][1] - box["y"][0], height))
+lift = 0.05
+O.bodies.append(utils.wall(lift, axis=2, material=material))
+balls = []
+for name, (diameter, density, x, y, z) in atoms.items():
+    ball = utils.sphere((x, y, z + lift), diameter / 2, material=material)
+    ball.state.vel, ball.state.angVel = Vector3(speeds[name][:3]), Vector3(speeds[name][3:])
+    balls.append(ball)
+O.bodies.append(balls)
+O.engines = [
+    ForceResetter(),
+    InsertionSortCollider([Bo1_Sphere_Aabb(), Bo1_Wall_Aabb()], verletDist=-0.2, allowBiggerThanPeriod=True),
+    InteractionLoop([Ig2_Sphere_Sphere_ScGeom(), Ig2_Wall_Sphere_ScGeom()], [Ip2_FrictMat_FrictMat_MindlinPhys(en=0.6)],
+                    [Law2_ScGeom_MindlinPhys_Mindlin()]),
+    NewtonIntegrator(damping=0, gravity=(0, 0, -9.81)),
+]
+O.dt = 4.8e-5
+
+
+def read():
+    """One row of the readings: step, kinetic energy, contacts per ball."""
+    spheres = sum(1 for i in O.interactions if i.isReal and isinstance(O.bodies[i.id1].shape, Sphere) and isinstance(O.bodies[i.id2].shape, Sphere))
+    with open(means, "a") as file:
+        file.write("%d %g %g 0\n" % (O.iter + 1, utils.kineticEnergy(), 2.0 * spheres / len(balls)))
+
+
+if sample > 0:
+    open(means, "w").close()
+    O.engines = O.engines + [PyRunner(iterPeriod=sample, initRun=False, command="read()")]
+    O.run(steps, True)
+    print("speed 0")
+else:
+    O.run(warm, True)
+    begin = time.time()
+    O.run(steps, True)
+    print("speed %g" % (len(balls) * steps / (time.time() - begin)))
