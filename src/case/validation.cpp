@@ -487,7 +487,8 @@ std::string validation_page(const std::vector<Check>& checks) {
   for (const Check& check : checks) {
     const Memory memory = read_memory(check.folder);
     int passed = 0, missed = 0, waiting = 0;
-    std::string rows, notes, days;
+    std::string rows, days;
+    std::vector<std::string> notes;
     std::set<std::string> dates;
     for (const Figure& figure : check.figures) {
       const std::string how = verdict(figure, memory);
@@ -496,9 +497,9 @@ std::string validation_page(const std::vector<Check>& checks) {
       if (found != memory.end()) dates.insert(found->second.date + ", quern " + found->second.version);
       std::string mark;
       if (!figure.note.empty()) {
-        const auto number = std::count(notes.begin(), notes.end(), '\n') + 1;
-        mark = fmt::format(" ({})", number);
-        notes += fmt::format("{}. {}\n", number, figure.note);
+        auto note = std::find(notes.begin(), notes.end(), figure.note);
+        if (note == notes.end()) note = notes.insert(notes.end(), figure.note);
+        mark = fmt::format(" ({})", note - notes.begin() + 1);
       }
       rows += fmt::format("| {}{} | {} | {} | {} | {} | {} | {} |\n", escaped(figure.name), mark, found != memory.end() ? ours_text(found->second.measured) : "–",
                           figure.reference ? number_text(*figure.reference) : "–", figure.unit.empty() ? "–" : figure.unit, figure.kind.empty() ? "–" : figure.kind, band_text(figure.band),
@@ -507,7 +508,8 @@ std::string validation_page(const std::vector<Check>& checks) {
     for (const std::string& day : dates) days += (days.empty() ? "" : "; ") + day;
     overview += fmt::format("| [{0}](../cases/{0}) | {1} | {2} | {3} |\n", check.name, passed, missed, waiting);
     cases += fmt::format("\n## {0}\n\n{1}\n\n| figure | ours | source | unit | the source's is | band for ours | verdict |\n|---|---|---|---|---|---|---|\n{2}", check.name, check.source, rows);
-    if (!notes.empty()) cases += "\n" + notes;
+    if (!notes.empty()) cases += "\n";
+    for (std::size_t k = 0; k < notes.size(); ++k) cases += fmt::format("{}. {}\n", k + 1, notes[k]);
     if (!days.empty()) cases += fmt::format("\nRun on {}.\n", days);
   }
   return "# Validation\n\nMade by `quern validate --docs docs/validation.md` from the results (`cases/*/result.json`) and what they are checked against\n"

@@ -91,7 +91,7 @@ void ContactHistory::see(const Simulation& s) {
 std::vector<Table> ContactHistory::tables() const {
   Column number{"contact", "1", "number of the contact", {}, {}}, first{"particle", "1", "id of the particle", {}, {}},
       second{"against", "1", "id of the other particle, or name of the wall", {}, {}}, start{"start", "s", "first touch", {}, {}},
-      end{"end", "s", "parting, or the end of the run", {}, {}}, duration{"duration", "s", "", {}, {}}, lasting{"lasting", "1", "1: still touching at the end", {}, {}},
+      end{"end", "s", "parting, or the end of the run", {}, {}}, duration{"duration", "s", "of the overlap; the force may end before it", {}, {}}, lasting{"lasting", "1", "1: still touching at the end", {}, {}},
       normal_speed{"normal_speed", "m/s", "speed of approach at first touch", {}, {}}, tangential_speed{"tangential_speed", "m/s", "at first touch", {}, {}},
       peak_force{"peak_force", "N", "greatest normal force", {}, {}}, peak_overlap{"peak_overlap", "m", "greatest overlap", {}, {}},
       normal_loss{"normal_loss", "J", "dissipated along the normal", {}, {}}, tangential_loss{"tangential_loss", "J", "dissipated by sliding and rolling", {}, {}};
