@@ -24,7 +24,8 @@ TEST_CASE("no file includes a floor above its own") {
   const std::filesystem::path root = QUERN_SOURCE_DIR;
   const std::regex include("^\\s*#include \"([^\"]+)\"");
   std::size_t files = 0;
-  for (const char* top : {"src", "bonds", "mills", "shapes"})
+  for (const char* top : {"src", "bonds", "mills", "shapes"}) {
+    if (!std::filesystem::exists(root / top)) continue;
     for (const auto& entry : std::filesystem::recursive_directory_iterator(root / top)) {
       const std::string ending = entry.path().extension();
       if (ending != ".hpp" && ending != ".cpp" && ending != ".inl") continue;
@@ -41,5 +42,6 @@ TEST_CASE("no file includes a floor above its own") {
         CHECK(floor_of(found[1]) <= floor_of(file));
       }
     }
+  }
   CHECK(files > 50);
 }

@@ -1,6 +1,7 @@
 #include "src/cli/points.hpp"
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <boost/crc.hpp>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -63,6 +64,12 @@ std::string folder_name(const std::vector<SweptKey>& swept, const std::vector<st
     if (swept[k].values.size() > 1) name += (name.empty() ? "" : "__") + overrides[k];
   for (char& c : name)
     if (!std::isalnum(static_cast<unsigned char>(c)) && std::string_view("=._-+").find(c) == std::string_view::npos) c = '_';
+  constexpr std::size_t longest = 200;  // file systems allow 255 bytes
+  if (name.size() > longest) {
+    boost::crc_32_type crc;
+    crc.process_bytes(name.data(), name.size());
+    name = fmt::format("{}__{:08x}", name.substr(0, longest), crc.checksum());
+  }
   return name.empty() ? "run" : name;
 }
 

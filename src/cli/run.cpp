@@ -17,6 +17,7 @@ struct RunWords {
   std::vector<std::string> overrides;
   int threads = 0;
   bool resume = false, quiet = false;
+  double checkpoint = 300;
 };
 
 // More threads than this do not pay.
@@ -53,11 +54,14 @@ int run(const RunWords& words) {
   options.directory = words.directory.empty() ? "out/" + c.name : words.directory;
   options.threads = threads;
   options.resume = words.resume;
+  options.checkpoint_interval = words.checkpoint;
   options.quiet = words.quiet;
   options.stop_signal = watch_stop_signals();
   const RunSummary summary = run_simulation(simulation, observers, settings, options, c.duration);
 
   if (!words.quiet) {
+    for (const std::string& file : summary.files)
+      if (file.ends_with(".png")) fmt::print("{}/{}\n", options.directory, file);
     for (const Headline& h : summary.headlines) {
       const std::string unit = h.unit == "1" ? "" : " " + h.unit;
       const std::string interval = h.ci95 ? fmt::format("  ({:.4g} … {:.4g})", (*h.ci95)[0], (*h.ci95)[1]) : "";
@@ -78,6 +82,7 @@ void add_run(CLI::App& program, Action& action) {
   command->add_option("--out", words->directory, "Directory of the results; default out/<case name>");
   command->add_option("--threads", words->threads, "Number of threads; default: as many as pay. Results do not depend on it")->check(CLI::Range(1, 1024));
   command->add_option("--set", words->overrides, "key=value, laid over the case; may be repeated");
+  command->add_option("--checkpoint", words->checkpoint, "Seconds of wall clock between checkpoints; default 300")->check(CLI::NonNegativeNumber);
   command->add_flag("--resume", words->resume, "Go on from the checkpoint in the directory");
   command->add_flag("--quiet", words->quiet, "No progress, no summary on the terminal");
   command->callback([words, &action] { action = [words] { return run(*words); }; });

@@ -55,6 +55,8 @@ HeadOnCollision collide_head_on(const ContactLaw& law, double radius, double mas
     result.peak_overlap = std::max(result.peak_overlap, overlap);
     const double force = overlap > 0 ? force_at(law, overlap, closing, radius, mass).normal : 0.0;
     result.peak_force = std::max(result.peak_force, force);
+    if (closing > 0 && overlap > 0)
+      result.damping_rate = std::max(result.damping_rate, (force - force_at(law, overlap, 0, radius, mass).normal) / (mass * closing));
     if (closing < 0 && force <= 0) break;
   }
   result.restitution = std::max(0.0, -closing / speed);

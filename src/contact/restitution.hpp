@@ -10,6 +10,7 @@ struct HeadOnCollision {
   double peak_force;     // [N]
   double peak_overlap;   // [m]
   double loss;           // [J]
+  double damping_rate;   // greatest c/m* on the way in: how fast the dashpot alone would stop the approach [1/s]
 };
 
 // Integrates one central collision of effective mass m* [kg] and radius R* [m] at approach speed v [m/s] through the law

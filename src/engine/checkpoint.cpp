@@ -169,4 +169,8 @@ Checkpoint read_checkpoint(const std::string& path, const std::string& identity)
   throw InputError(complaint + ", and " + older + ". There is nothing to go on from; run without --resume to begin anew.");
 }
 
+void remove_checkpoints(const std::string& path) {
+  for (const char* ending : {"", ".previous", ".new"}) ::unlink((path + ending).c_str());
+}
+
 }  // namespace quern

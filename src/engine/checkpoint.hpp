@@ -22,4 +22,7 @@ struct Checkpoint {
 // The newest sound checkpoint of that case. Throws InputError: none there, or each torn, foreign or of another version, saying which.
 Checkpoint read_checkpoint(const std::string& path, const std::string& identity);
 
+// Removes the checkpoints of a run that has ended or begins anew.
+void remove_checkpoints(const std::string& path);
+
 }  // namespace quern

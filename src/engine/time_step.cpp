@@ -52,10 +52,16 @@ TimeStepLimit time_step_limit(const Simulation& s, double speed, double fraction
     const std::string pair = fmt::format("{} on {}{}", s.materials[a].name, second == nullptr ? "wall of " : "", s.materials[b].name);
     const double radius = second == nullptr ? first.radius : first.radius * second->radius / (first.radius + second->radius);
     const double mass = second == nullptr ? first.mass : first.mass * second->mass / (first.mass + second->mass);
-    const double duration = collide_head_on(law, radius, mass, speed).duration;
+    const HeadOnCollision collision = collide_head_on(law, radius, mass, speed);
+    const double duration = collision.duration;
     search.offer(duration / 20, duration / 40,
                  fmt::format("a twentieth of the {:.3g} s that the shortest collision lasts ({}, {} law, at {:.3g} m/s)", duration, pair,
                              name_of(law), speed));
+    if (collision.damping_rate > 0) {
+      const double time = 1 / collision.damping_rate;
+      search.offer(time / 5, time / 10,
+                   fmt::format("a fifth of the {:.3g} s in which the damping alone stops an approach ({}, {} law)", time, pair, name_of(law)));
+    }
     if (hertzian(law) && s.materials[a].young > 0) {
       const double rayleigh = rayleigh_time(first.radius, s.materials[a]);
       search.offer(0.3 * rayleigh, fraction * rayleigh,

@@ -15,12 +15,22 @@ struct Column {
   std::string description;
   std::vector<double> values;
   std::vector<std::string> labels;  // instead of values, for a column of words
+
+  template <class Archive>
+  void archive(Archive& a) {
+    a(name, unit, description, values, labels);
+  }
 };
 
 struct Table {
   std::string name;         // of the file, without ending
   std::string description;
   std::vector<Column> columns;
+
+  template <class Archive>
+  void archive(Archive& a) {
+    a(name, description, columns);
+  }
 };
 
 // One number of summary.json.

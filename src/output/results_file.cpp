@@ -158,6 +158,25 @@ class StatedEnd {
   int descriptor_ = -1;
 };
 
+Handle file_access() {
+  Handle access(H5Pcreate(H5P_FILE_ACCESS));
+  // The old layout, which has no mark of being open for writing: a file whose writer was killed opens like any other.
+  must(H5Pset_libver_bounds(access, H5F_LIBVER_EARLIEST, H5F_LIBVER_V18));
+  // What describes the arrays goes to disk only with flush(), after the numbers that it describes.
+  H5AC_cache_config_t cache{};
+  cache.version = H5AC__CURR_CACHE_CONFIG_VERSION;
+  must(H5Pget_mdc_config(access, &cache));
+  cache.evictions_enabled = false;
+  cache.incr_mode = H5C_incr__off;
+  cache.flash_incr_mode = H5C_flash_incr__off;
+  cache.decr_mode = H5C_decr__off;
+  must(H5Pset_mdc_config(access, &cache));
+  must(H5Pset_file_locking(access, false, true));  // so that others may read while the run goes on
+  return access;
+}
+
+Handle dataset(hid_t parent, const char* path) { return Handle(H5Dopen2(parent, path, H5P_DEFAULT)); }
+
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr std::int32_t absent = -1;
 
@@ -179,20 +198,7 @@ struct ResultsFile::File {
 ResultsFile::ResultsFile(const std::string& path, const Simulation& simulation, const std::string& title, const std::string& case_text)
     : file_(std::make_unique<File>()) {
   keep_quiet();
-  const Handle access(H5Pcreate(H5P_FILE_ACCESS));
-  // The old layout, which has no mark of being open for writing: a file whose writer was killed opens like any other.
-  must(H5Pset_libver_bounds(access, H5F_LIBVER_EARLIEST, H5F_LIBVER_V18));
-  // What describes the arrays goes to disk only with flush(), after the numbers that it describes.
-  H5AC_cache_config_t cache{};
-  cache.version = H5AC__CURR_CACHE_CONFIG_VERSION;
-  must(H5Pget_mdc_config(access, &cache));
-  cache.evictions_enabled = false;
-  cache.incr_mode = H5C_incr__off;
-  cache.flash_incr_mode = H5C_flash_incr__off;
-  cache.decr_mode = H5C_decr__off;
-  must(H5Pset_mdc_config(access, &cache));
-  must(H5Pset_file_locking(access, false, true));  // so that others may read while the run goes on
-  file_->file = Handle(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access));
+  file_->file = Handle(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, file_access()));
   const hid_t file = file_->file;
 
   const Handle h5md = group(file, "h5md"), writer = group(h5md, "author"), creator = group(h5md, "creator");
@@ -216,7 +222,44 @@ ResultsFile::ResultsFile(const std::string& path, const Simulation& simulation, 
   file_->end = StatedEnd(path);
 }
 
+ResultsFile::ResultsFile() : file_(std::make_unique<File>()) {}
+ResultsFile::ResultsFile(ResultsFile&&) noexcept = default;
 ResultsFile::~ResultsFile() = default;
+
+std::uint64_t ResultsFile::frames() const { return file_->frames; }
+std::uint64_t ResultsFile::particles() const { return file_->particles; }
+
+ResultsFile ResultsFile::reopen(const std::string& path, std::uint64_t frames, std::uint64_t particles) {
+  keep_quiet();
+  const hid_t opened = H5Fopen(path.c_str(), H5F_ACC_RDWR, file_access());
+  if (opened < 0) throw InputError(path + " cannot be opened to go on with it: it is missing, locked or cut. Run without --resume to begin anew.");
+  ResultsFile results;
+  File& f = *results.file_;
+  f.file = Handle(opened);
+  const Handle balls(H5Gopen2(f.file, "particles/balls", H5P_DEFAULT));
+  const auto open = [&](const char* name, std::vector<hsize_t> extent) {
+    Handle set = dataset(balls, name);
+    must(H5Dset_extent(set, extent.data()));
+    return set;
+  };
+  f.frame_step = open("id/step", {frames});
+  f.frame_time = open("id/time", {frames});
+  f.id = open("id/value", {frames, particles});
+  f.position = open("position/value", {frames, particles, 3});
+  f.velocity = open("velocity/value", {frames, particles, 3});
+  f.spin = open("angular_velocity/value", {frames, particles, 3});
+  f.radius = open("radius", {particles});
+  f.mass = open("mass", {particles});
+  f.species = open("species", {particles});
+  f.material = open("material", {particles});
+  f.frames = frames;
+  f.particles = particles;
+  must(H5Ldelete(f.file, "observables", H5P_DEFAULT));
+  group(f.file, "observables");
+  f.end = StatedEnd(path);
+  results.flush();
+  return results;
+}
 
 void ResultsFile::flush() {
   haddr_t end = 0;

@@ -1,6 +1,7 @@
 // results.h5: trajectories in H5MD 1.1 layout (de Buyl et al. 2014, nongnu.org/h5md), observables with units and descriptions,
 // and the case. Whole after every frame: a killed run leaves a readable file.
 #pragma once
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -13,6 +14,9 @@ class ResultsFile {
  public:
   // Replaces a file of that name. Throws RunError where it cannot be written, as all functions here.
   ResultsFile(const std::string& path, const Simulation& simulation, const std::string& title, const std::string& case_text);
+  // Goes on with a file of which the first `frames` frames of `particles` particles count: later ones, and all observables, are dropped.
+  static ResultsFile reopen(const std::string& path, std::uint64_t frames, std::uint64_t particles);
+  ResultsFile(ResultsFile&&) noexcept;
   ~ResultsFile();
   ResultsFile(const ResultsFile&) = delete;
   ResultsFile& operator=(const ResultsFile&) = delete;
@@ -29,7 +33,11 @@ class ResultsFile {
 
   void flush();
 
+  std::uint64_t frames() const;
+  std::uint64_t particles() const;
+
  private:
+  ResultsFile();
   struct File;
   std::unique_ptr<File> file_;
 };

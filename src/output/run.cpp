@@ -4,7 +4,9 @@
 #include <cmath>
 #include <memory>
 #include <optional>
+#include "src/base/archive.hpp"
 #include "src/base/error.hpp"
+#include "src/engine/checkpoint.hpp"
 #include "src/engine/simulation.hpp"
 #include "src/observe/angles.hpp"
 #include "src/observe/observers.hpp"
@@ -29,6 +31,10 @@ class Schedule {
     next_ = std::max(next_ + 1, std::floor((time + 0.5 * time_step) / interval_) + 1);
     return true;
   }
+  template <class Archive>
+  void archive(Archive& a) {
+    a(next_);
+  }
 
  private:
   double interval_, next_;
@@ -37,13 +43,25 @@ class Schedule {
 // Everything that one run writes.
 class Writer {
  public:
-  Writer(const Simulation& s, const OutputSettings& settings, const std::string& directory)
+  Writer(const OutputSettings& settings, const std::string& directory)
       : settings_(settings), directory_(directory), energy_(empty_ledger_table()) {
     make_directory(directory);
     if (!settings.case_text.empty()) save("case.toml", settings.case_text);
-    results_ = std::make_unique<ResultsFile>(path("results.h5"), s, settings.title, settings.case_text);
     files_.push_back("results.h5");
     if (settings.vtk_frames) frames_.emplace(directory);
+  }
+
+  void begin(const Simulation& s) {
+    results_ = std::make_unique<ResultsFile>(path("results.h5"), s, settings_.title, settings_.case_text);
+  }
+
+  // What has been written so far, and going on from there: what was written later is dropped.
+  template <class Archive>
+  void archive(Archive& a) {
+    std::uint64_t frames = results_ ? results_->frames() : 0, particles = results_ ? results_->particles() : 0;
+    a(energy_, last_frame_, frames, particles);
+    if (frames_) a(*frames_);
+    if (!results_) results_ = std::make_unique<ResultsFile>(ResultsFile::reopen(path("results.h5"), frames, particles));
   }
 
   void energy(Simulation& s) { append_row(energy_, s.clock.time(), s.ledger); }
@@ -158,24 +176,44 @@ void conclude(Simulation& s, Observers& observers, const OutputSettings& setting
 }  // namespace
 
 RunSummary run_simulation(Simulation& s, Observers& observers, const OutputSettings& settings, const RunOptions& options, double duration) {
-  if (options.resume) throw InputError("There is no checkpoint in " + options.directory + " to go on from.");
   if (options.threads > 0 && options.threads != s.team->size()) s.team = std::make_shared<ThreadTeam>(options.threads);
 
-  const double dt = s.clock.time_step, start = s.clock.time();
+  const double dt = s.clock.time_step;
   const auto last_step = static_cast<std::int64_t>(std::ceil(duration / dt * (1 - 1e-12)));
-  Schedule frame_due(settings.frame_interval, start);
-  Schedule energy_due(settings.energy_interval > 0 ? settings.energy_interval : duration / 1000, start);
+  Schedule frame_due(settings.frame_interval, s.clock.time());
+  Schedule energy_due(settings.energy_interval > 0 ? settings.energy_interval : duration / 1000, s.clock.time());
   // Often enough that a failure is found near its cause, seldom enough to cost nothing.
   constexpr std::int64_t steps_between_checks = 200;
 
-  Writer writer(s, settings, options.directory);
   RunSummary summary;
-  Progress progress(start, duration, options.quiet);
   s.measure_energy();
   const Health health(s);
-  writer.energy(s);
-  writer.frame(s);
-  observers.see(s);
+  const std::string checkpoint_path = options.directory + "/checkpoint";
+  Checkpoint checkpoint;
+  if (options.resume) checkpoint = read_checkpoint(checkpoint_path, settings.case_text);
+  Writer writer(settings, options.directory);
+  const auto archive_run = [&](auto& archive, std::string& state) { archive(state, observers, writer, frame_due, energy_due); };
+  if (options.resume) {
+    std::string state;
+    ArchiveReader reader(checkpoint.bytes);
+    archive_run(reader, state);
+    unpack_state(state, s);
+    if (!checkpoint.remark.empty()) summary.remarks.push_back(checkpoint.remark + ".");
+  } else {
+    remove_checkpoints(checkpoint_path);
+    writer.begin(s);
+    writer.energy(s);
+    writer.frame(s);
+    observers.see(s);
+  }
+  Progress progress(s.clock.time(), duration, options.quiet);
+  const auto save_checkpoint = [&] {
+    std::string state = pack_state(s);
+    ArchiveWriter archive;
+    archive_run(archive, state);
+    write_checkpoint(checkpoint_path, settings.case_text, archive.bytes);
+  };
+  double next_checkpoint = options.checkpoint_interval;
 
   std::string failure;
   const std::int64_t first_step = s.clock.step;
@@ -185,14 +223,23 @@ RunSummary run_simulation(Simulation& s, Observers& observers, const OutputSetti
       observers.see(s);
       const double time = s.clock.time();
       const bool last = s.clock.step >= last_step, sample = energy_due.due(time, dt), frame = frame_due.due(time, dt);
-      if (sample || frame || last || s.clock.step % steps_between_checks == 0) {
+      const bool check = s.clock.step % steps_between_checks == 0;
+      if (sample || frame || last || check) {
         s.measure_energy();
         if (const auto complaint = health.complaint(s)) throw RunError(*complaint);
       }
       if (sample || last) writer.energy(s);
       if (frame) writer.frame(s);
       progress.show(time);
-      if (options.stop_signal && (summary.stopped_by = options.stop_signal->load(std::memory_order_relaxed)) != 0) break;
+      if (options.stop_signal) summary.stopped_by = options.stop_signal->load(std::memory_order_relaxed);
+      if (summary.stopped_by != 0) {
+        save_checkpoint();
+        break;
+      }
+      if (check && progress.wall_clock() >= next_checkpoint) {
+        save_checkpoint();
+        next_checkpoint = progress.wall_clock() + options.checkpoint_interval;
+      }
     }
   } catch (const RunError& error) {
     failure = error.what();
@@ -214,6 +261,7 @@ RunSummary run_simulation(Simulation& s, Observers& observers, const OutputSetti
   if (!failure.empty()) {
     throw RunError(fmt::format("The run failed {}. Saved in {}: the results up to then ({}).", failure, options.directory, listed(summary.files)));
   }
+  if (summary.finished) remove_checkpoints(checkpoint_path);
   return summary;
 }
 

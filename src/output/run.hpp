@@ -33,6 +33,7 @@ struct RunOptions {
   std::string directory;                          // made if it is not there
   int threads = 0;                                // 0: leave the simulation's team as it is
   bool resume = false;                            // go on from the checkpoint in the directory
+  double checkpoint_interval = 300;               // between checkpoints [s] of wall clock; one is written at a stop signal too
   bool quiet = false;                             // no progress on stderr
   const std::atomic<int>* stop_signal = nullptr;  // once it is not 0, the run finishes its step, writes what there is and returns
 };
@@ -50,7 +51,8 @@ struct RunSummary {
 
 // Runs a simulation that has been started (Simulation::start) until its clock shows `duration` [s], and writes the results into
 // options.directory. Throws RunError where the run fails, after writing what there is: a number that is not finite, a particle
-// that left the walls, energy out of nothing. Throws InputError where the directory cannot be written.
+// that left the walls, energy out of nothing. Throws InputError where the directory cannot be written, or where there is no sound
+// checkpoint of this very case to go on from.
 RunSummary run_simulation(Simulation& simulation, Observers& observers, const OutputSettings& settings, const RunOptions& options,
                           double duration);
 

@@ -14,6 +14,12 @@ class VtkFrames {
   // Writes this instant. Throws RunError where a file cannot be written.
   void append(const Simulation& simulation);
 
+  // What has been written, for a checkpoint.
+  template <class Archive>
+  void archive(Archive& a) {
+    a(entries_, fixed_walls_, frames_);
+  }
+
  private:
   std::string directory_;
   std::string entries_;       // of frames.pvd
