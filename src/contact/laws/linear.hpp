@@ -5,6 +5,23 @@
 
 namespace quern {
 
+// The linear contact with all its constants given: k_n, c_n along the normal; k_s, c_s along the tangent; μ.
+template <class T>
+QUERN_INLINE ContactForce<T> springs_and_dashpots(const Approach<T>& a, TangentialSpring<T>& spring, const T& normal_stiffness,
+                                                  const T& normal_damping, const T& tangential_stiffness, const T& tangential_damping,
+                                                  double friction) {
+  ContactForce<T> force{};
+  const T elastic = normal_stiffness * a.overlap;
+  push(a, elastic, normal_stiffness, normal_damping, force);
+  const HeldForce<T> held =
+      hold(a, a.tangential_velocity, tangential_stiffness, T(1.0), tangential_damping, T(friction) * force.normal, spring);
+  force.tangential = held.force;
+  force.tangential_loss = held.loss;
+  force.stiffening = T(1.0);
+  force.elastic_energy = T(0.5) * elastic * a.overlap + spring.energy;
+  return force;
+}
+
 struct Linear {
   static constexpr const char* name = "linear";
   double normal_stiffness = 0;      // k_n [N/m]
@@ -14,17 +31,9 @@ struct Linear {
 
   template <class T>
   QUERN_INLINE ContactForce<T> operator()(const Approach<T>& a, TangentialSpring<T>& spring) const {
-    ContactForce<T> force{};
-    const T elastic = T(normal_stiffness) * a.overlap;
     const T root_mass = square_root(a.effective_mass);
-    push(a, elastic, T(normal_stiffness), T(2 * damping_ratio * std::sqrt(normal_stiffness)) * root_mass, force);
-    const HeldForce<T> held = hold(a, a.tangential_velocity, T(tangential_stiffness), T(1.0),
-                                   T(2 * damping_ratio * std::sqrt(tangential_stiffness)) * root_mass, T(friction) * force.normal, spring);
-    force.tangential = held.force;
-    force.tangential_loss = held.loss;
-    force.stiffening = T(1.0);
-    force.elastic_energy = T(0.5) * elastic * a.overlap + spring.energy;
-    return force;
+    return springs_and_dashpots(a, spring, T(normal_stiffness), T(2 * damping_ratio * std::sqrt(normal_stiffness)) * root_mass,
+                                T(tangential_stiffness), T(2 * damping_ratio * std::sqrt(tangential_stiffness)) * root_mass, friction);
   }
 };
 
