@@ -84,7 +84,7 @@ run_code() {  # CODE WORK BALLS CORES WARM STEPS SKIN SAMPLE
     yade) command=(yade -n -x -j"$n" "$here/peers/bed.py" "$start" "$warm" "$steps" "$sample" "$means") ;;
   esac
   local TIMEFORMAT=%P percent
-  percent=$( { time (cd "$out" && "${command[@]}" > "$log" 2>&1) ; } 2>&1 ) || { echo "$code failed on $work $balls; see $log" >&2; return 1; }
+  percent=$( { time (cd "$out" && "${command[@]}" > "$log" 2>&1 < /dev/null) ; } 2>&1 ) || { echo "$code failed on $work $balls; see $log" >&2; return 1; }
   share=$(awk -v p="$percent" -v n="$n" 'BEGIN { s = p / 100 / n; print (s > 1 ? 1 : s) }')
   case $code in
     quern | quern_mesh | yade) speed=$(awk '$1 == "speed" { print $2 }' "$log") ;;
