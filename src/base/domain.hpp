@@ -11,10 +11,10 @@ struct Domain {
 
   double inverse(int axis) const { return period[axis] > 0 ? 1.0 / period[axis] : 0.0; }
   bool periodic() const { return period[0] > 0 || period[1] > 0 || period[2] > 0; }
-  // The shortest of the images of a difference of positions.
+  // The shortest of the images of a difference of positions, which is less than one and a half periods.
   Triple<double> nearest(const Triple<double>& d) const {
-    return {d.x - period[0] * std::nearbyint(d.x * inverse(0)), d.y - period[1] * std::nearbyint(d.y * inverse(1)),
-            d.z - period[2] * std::nearbyint(d.z * inverse(2))};
+    const auto one = [](double x, double length) { return x > 0.5 * length ? x - length : x < -0.5 * length ? x + length : x; };
+    return {one(d.x, period[0] > 0 ? period[0] : 1e300), one(d.y, period[1] > 0 ? period[1] : 1e300), one(d.z, period[2] > 0 ? period[2] : 1e300)};
   }
 };
 

@@ -88,6 +88,9 @@ struct WallSums {
   Triple<double> torque{};  // about the wall's origin [N m]
 };
 
+// Candidates beyond the end that a kernel may read: a SIMD batch, and those it asks the cache for in advance.
+inline constexpr Index candidates_ahead = 24, candidate_padding = candidates_ahead + 8;
+
 struct ContactBlock {
   Index first = 0, last = 0;          // rows of the particle arrays
   std::vector<Index> row_start;       // of each particle's candidates in `neighbour`

@@ -7,7 +7,6 @@ namespace {
 
 constexpr Index particles_per_block = 1024, most_blocks = 64;
 constexpr std::int64_t searches_per_sort = 32;
-constexpr Index padding = 8;  // rows that SIMD batches may read beyond the end
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
@@ -159,8 +158,8 @@ void find_candidates(const Particles& particles, const Domain& domain, const std
     }
     block.row_start[row + 1] = static_cast<Index>(block.neighbour.size());
   }
-  block.neighbour.resize(block.neighbour.size() + padding, 0);
-  block.slot.resize(block.slot.size() + padding, -1);
+  block.neighbour.resize(block.neighbour.size() + candidate_padding, 0);
+  block.slot.resize(block.slot.size() + candidate_padding, -1);
 }
 
 // A skin serves best when a search lasts some ten to twenty steps: below, searching costs more; above, idle candidates do.

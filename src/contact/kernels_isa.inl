@@ -42,6 +42,8 @@ void find_touching(const StepContext& step, ContactBlock& block) {
     for (Index k = from; k < to; k += lanes) {
       const Index* js = block.neighbour.data() + k;
       Index* slots = block.slot.data() + k;
+      // Neighbours lie all over the arrays: ask for those of some rows ahead, and below for all that the forces will want.
+      for (int lane = 0; lane < lanes; ++lane) __builtin_prefetch(position + js[lane + candidates_ahead]);
       const unsigned valid = to - k >= lanes ? 0xffu : (1u << (to - k)) - 1u;
       const QuadPack other = gather(position, js);
       const PackTriple apart = space.nearest({Pack(here.x) - other.x, Pack(here.y) - other.y, Pack(here.z) - other.z});
@@ -55,6 +57,11 @@ void find_touching(const StepContext& step, ContactBlock& block) {
         if (now >> lane & 1u) {
           if (slots[lane] < 0) slots[lane] = block.take_slot();
           block.pairs[step.pair_kind[material[i] * step.material_count + material[j]]].push(i, j, slots[lane]);
+          __builtin_prefetch(block.memory.data() + slots[lane], 1);
+          __builtin_prefetch(particles.velocity.data() + j);
+          __builtin_prefetch(particles.spin.data() + j);
+          __builtin_prefetch(particles.force.data() + j, 1);
+          __builtin_prefetch(particles.torque.data() + j, 1);
         } else {
           end_collision(step, block, i, j, -1, slots[lane], false);
           block.release_slot(slots[lane]);
