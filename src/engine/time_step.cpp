@@ -59,7 +59,7 @@ TimeStepLimit time_step_limit(const Simulation& s, double speed, double fraction
                              name_of(law), speed));
     if (collision.damping_rate > 0) {
       const double time = 1 / collision.damping_rate;
-      search.offer(time / 5, time / 10,
+      search.offer(time / 5, time / 15,
                    fmt::format("a fifth of the {:.3g} s in which the damping alone stops an approach ({}, {} law)", time, pair, name_of(law)));
     }
     if (hertzian(law) && s.materials[a].young > 0) {

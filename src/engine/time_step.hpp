@@ -14,7 +14,7 @@ struct TimeStepLimit {
 // Least over all species and pair laws present:
 //   Hertzian laws: `fraction` (0.1 … 0.3) of the Rayleigh time t_R = π R √(ρ/G) / (0.1631 ν + 0.8766); the limit is 0.3 t_R
 //   all laws:      a twentieth of the shortest head-on collision at `speed` [m/s] through the law itself; a fortieth is recommended
-//   damped laws:   a fifth of m*/c, the time in which the dashpot alone stops the approach; a tenth is recommended
+//   damped laws:   a fifth of m*/c, the time in which the dashpot alone stops the approach; a fifteenth is recommended
 //   linear laws:   0.2 √(m/k) of the lightest particle (S0 eq. 14)
 TimeStepLimit time_step_limit(const Simulation& simulation, double speed, double fraction = 0.2);
 
