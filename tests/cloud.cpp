@@ -108,9 +108,8 @@ TEST_CASE("the neighbour search finds every pair, for sizes 1:10, open and perio
       for (int k = 0; k < 50; ++k) s.step();
       std::set<std::pair<Index, Index>> listed;
       for (const ContactBlock& block : s.contacts.blocks)
-        for (Index i = block.first; i < block.last; ++i)
-          for (Index k = block.row_start[static_cast<std::size_t>(i - block.first)]; k < block.row_start[static_cast<std::size_t>(i - block.first) + 1]; ++k)
-            listed.insert({i, block.neighbour[static_cast<std::size_t>(k)]});
+        for (const CandidateList& list : block.candidates)
+          for (std::size_t k = 0; k < static_cast<std::size_t>(list.count); ++k) listed.insert({block.row_of(list.first[k]), block.row_of(list.second[k])});
       std::size_t missed = 0, touching = 0;
       for (Index i = 0; i < s.particles.size(); ++i)
         for (Index j = i + 1; j < s.particles.size(); ++j) {

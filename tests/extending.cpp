@@ -26,7 +26,7 @@ TEST_CASE("the example law of the documentation is the one that is compiled and 
   double overlap = 0, closing = speed, greatest = 0;
   for (int step = 0; step < 100000 && overlap >= 0; ++step) {
     TangentialSpring<double> spring{};
-    const Approach<double> approach{overlap, -closing, {0, 0, 0}, 0.01, mass, dt, 0.5 * dt, 0.5 * dt};
+    const Approach<double> approach = head_on(overlap, -closing, 0.01, mass, dt);
     closing -= dt * law(approach, spring).normal / mass;
     overlap += dt * closing;
     greatest = std::max(greatest, overlap);

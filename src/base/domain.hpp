@@ -16,6 +16,12 @@ struct Domain {
     const auto one = [](double x, double length) { return x > 0.5 * length ? x - length : x < -0.5 * length ? x + length : x; };
     return {one(d.x, period[0] > 0 ? period[0] : 1e300), one(d.y, period[1] > 0 ? period[1] : 1e300), one(d.z, period[2] > 0 ? period[2] : 1e300)};
   }
+
+  // Images are numbered 0 … 26, 13 the particle itself; the shift that takes a particle to its image [m].
+  static constexpr std::int32_t itself = 13;
+  Triple<double> shift(std::int32_t image) const {
+    return {(image % 3 - 1) * period[0], (image / 3 % 3 - 1) * period[1], (image / 9 - 1) * period[2]};
+  }
 };
 
 }  // namespace quern

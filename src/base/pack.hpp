@@ -131,12 +131,49 @@ QUERN_INLINE double sum(const Pack& a) {
   return ((l[0] + l[1]) + (l[2] + l[3])) + ((l[4] + l[5]) + (l[6] + l[7]));
 }
 
-struct QuadPack {
-  Pack x, y, z, w;
-  QUERN_INLINE Triple<Pack> xyz() const { return {x, y, z}; }
+// Two packs that go through a formula together, so that a processor with many registers has two independent chains to work on.
+struct TwoPacks {
+  Pack a, b;
+  TwoPacks() = default;
+  QUERN_INLINE explicit TwoPacks(double s) : a(s), b(s) {}
+  QUERN_INLINE TwoPacks(const Pack& first, const Pack& second) : a(first), b(second) {}
 };
+struct TwoMasks {
+  Mask a, b;
+};
+QUERN_INLINE TwoPacks operator+(const TwoPacks& x, const TwoPacks& y) { return {x.a + y.a, x.b + y.b}; }
+QUERN_INLINE TwoPacks operator-(const TwoPacks& x, const TwoPacks& y) { return {x.a - y.a, x.b - y.b}; }
+QUERN_INLINE TwoPacks operator*(const TwoPacks& x, const TwoPacks& y) { return {x.a * y.a, x.b * y.b}; }
+QUERN_INLINE TwoPacks operator/(const TwoPacks& x, const TwoPacks& y) { return {x.a / y.a, x.b / y.b}; }
+QUERN_INLINE TwoPacks operator-(const TwoPacks& x) { return {-x.a, -x.b}; }
+QUERN_INLINE TwoPacks& operator+=(TwoPacks& x, const TwoPacks& y) { return x = x + y; }
+QUERN_INLINE TwoMasks operator<(const TwoPacks& x, const TwoPacks& y) { return {x.a < y.a, x.b < y.b}; }
+QUERN_INLINE TwoMasks operator>(const TwoPacks& x, const TwoPacks& y) { return {x.a > y.a, x.b > y.b}; }
+QUERN_INLINE TwoMasks operator&(const TwoMasks& x, const TwoMasks& y) { return {x.a & y.a, x.b & y.b}; }
+QUERN_INLINE TwoPacks select(const TwoMasks& m, const TwoPacks& yes, const TwoPacks& no) { return {select(m.a, yes.a, no.a), select(m.b, yes.b, no.b)}; }
+QUERN_INLINE TwoPacks square_root(const TwoPacks& x) { return {square_root(x.a), square_root(x.b)}; }
+QUERN_INLINE TwoPacks greater(const TwoPacks& x, const TwoPacks& y) { return {greater(x.a, y.a), greater(x.b, y.b)}; }
+QUERN_INLINE TwoPacks lesser(const TwoPacks& x, const TwoPacks& y) { return {lesser(x.a, y.a), lesser(x.b, y.b)}; }
+QUERN_INLINE TwoPacks power(const TwoPacks& x, double exponent) { return {power(x.a, exponent), power(x.b, exponent)}; }
+QUERN_INLINE void store(double* p, const TwoPacks& x) { store(p, x.a), store(p + lanes, x.b); }
 
-// Rows base[index[0..7]] turned into columns, and back.
+// Adds the first `count` lanes, eight at a time.
+QUERN_INLINE void add_first(Pack& to, const Pack& what, int count) { to += select(first_lanes(count < lanes ? count : lanes), what, Pack(0.0)); }
+QUERN_INLINE void add_first(Pack& to, const TwoPacks& what, int count) {
+  add_first(to, what.a, count);
+  add_first(to, what.b, count > lanes ? count - lanes : 0);
+}
+
+// Four columns, one lane for each row.
+template <class P>
+struct Columns {
+  P x, y, z, w;
+  QUERN_INLINE Triple<P> xyz() const { return {x, y, z}; }
+};
+using QuadPack = Columns<Pack>;
+
+// Eight rows of four, wherever row(0..7) says, turned into columns; columns written to such rows; and two sets of columns added to
+// rows of eight, one lane after the other, so that a row may occur more than once.
 #if defined(__AVX2__)
 struct Columns4 {
   __m256d x, y, z, w;
@@ -168,6 +205,21 @@ QUERN_INLINE __m256d high_half(const Pack& p) {
   return p.b;
 #endif
 }
+#if defined(__AVX512F__)
+// Two rows to a register, k and k + 4, so that columns come out in the order of the lanes.
+template <class Row>
+QUERN_INLINE QuadPack gather_rows(Row&& row) {
+  const auto two = [&](int k) {
+    return _mm512_insertf64x4(_mm512_castpd256_pd512(_mm256_load_pd(row(k))), _mm256_load_pd(row(k + 4)), 1);
+  };
+  const __m512d a = two(0), b = two(1), c = two(2), d = two(3);
+  const __m512d ab_low = _mm512_unpacklo_pd(a, b), ab_high = _mm512_unpackhi_pd(a, b);
+  const __m512d cd_low = _mm512_unpacklo_pd(c, d), cd_high = _mm512_unpackhi_pd(c, d);
+  const __m512i evens = _mm512_setr_epi64(0, 1, 8, 9, 4, 5, 12, 13), odds = _mm512_setr_epi64(2, 3, 10, 11, 6, 7, 14, 15);
+  return {Pack(_mm512_permutex2var_pd(ab_low, evens, cd_low)), Pack(_mm512_permutex2var_pd(ab_high, evens, cd_high)),
+          Pack(_mm512_permutex2var_pd(ab_low, odds, cd_low)), Pack(_mm512_permutex2var_pd(ab_high, odds, cd_high))};
+}
+#else
 template <class Row>
 QUERN_INLINE QuadPack gather_rows(Row&& row) {
   const auto at = [&](int k) { return _mm256_load_pd(row(k)); };
@@ -175,15 +227,50 @@ QUERN_INLINE QuadPack gather_rows(Row&& row) {
   const Columns4 high = transpose(at(4), at(5), at(6), at(7));
   return {join(low.x, high.x), join(low.y, high.y), join(low.z, high.z), join(low.w, high.w)};
 }
-QUERN_INLINE void columns_to_rows(const QuadPack& q, Quad* out) {
+#endif
+#if defined(__AVX512F__)
+struct Rows {
+  __m512d two[4];  // rows k and k + 4
+};
+QUERN_INLINE Rows rows_of(const QuadPack& q) {
+  const __m512d xy_low = _mm512_unpacklo_pd(q.x.v, q.y.v), xy_high = _mm512_unpackhi_pd(q.x.v, q.y.v);
+  const __m512d zw_low = _mm512_unpacklo_pd(q.z.v, q.w.v), zw_high = _mm512_unpackhi_pd(q.z.v, q.w.v);
+  const __m512i evens = _mm512_setr_epi64(0, 1, 8, 9, 4, 5, 12, 13), odds = _mm512_setr_epi64(2, 3, 10, 11, 6, 7, 14, 15);
+  return {{_mm512_permutex2var_pd(xy_low, evens, zw_low), _mm512_permutex2var_pd(xy_high, evens, zw_high),
+           _mm512_permutex2var_pd(xy_low, odds, zw_low), _mm512_permutex2var_pd(xy_high, odds, zw_high)}};
+}
+template <class Row>
+QUERN_INLINE void scatter_rows(const QuadPack& q, Row&& row) {
+  const Rows r = rows_of(q);
+  for (int k = 0; k < 4; ++k) _mm256_store_pd(row(k), _mm512_castpd512_pd256(r.two[k]));
+  for (int k = 0; k < 4; ++k) _mm256_store_pd(row(k + 4), _mm512_extractf64x4_pd(r.two[k], 1));
+}
+template <class Row>
+QUERN_INLINE void add_double_rows(const QuadPack& first, const QuadPack& second, Row&& row) {
+  const Rows a = rows_of(first), b = rows_of(second);
+  const auto add = [](double* to, __m512d what) { _mm512_store_pd(to, _mm512_add_pd(_mm512_load_pd(to), what)); };
+  for (int k = 0; k < 4; ++k) add(row(k), _mm512_shuffle_f64x2(a.two[k], b.two[k], 0x44));
+  for (int k = 0; k < 4; ++k) add(row(k + 4), _mm512_shuffle_f64x2(a.two[k], b.two[k], 0xee));
+}
+#else
+template <class Store>
+QUERN_INLINE void for_rows(const QuadPack& q, Store&& store_row) {
   const Columns4 low = transpose(low_half(q.x), low_half(q.y), low_half(q.z), low_half(q.w));
   const Columns4 high = transpose(high_half(q.x), high_half(q.y), high_half(q.z), high_half(q.w));
-  const __m256d rows[8] = {low.x, low.y, low.z, low.w, high.x, high.y, high.z, high.w};
-  for (int k = 0; k < 8; ++k) _mm256_store_pd(&out[k].x, rows[k]);
+  store_row(0, low.x), store_row(1, low.y), store_row(2, low.z), store_row(3, low.w);
+  store_row(4, high.x), store_row(5, high.y), store_row(6, high.z), store_row(7, high.w);
 }
-QUERN_INLINE void add_row(Quad& to, const Quad& row) {
-  _mm256_store_pd(&to.x, _mm256_add_pd(_mm256_load_pd(&to.x), _mm256_load_pd(&row.x)));
+template <class Row>
+QUERN_INLINE void scatter_rows(const QuadPack& q, Row&& row) {
+  for_rows(q, [&](int k, __m256d r) { _mm256_store_pd(row(k), r); });
 }
+template <class Row>
+QUERN_INLINE void add_double_rows(const QuadPack& first, const QuadPack& second, Row&& row) {
+  const auto add = [](double* to, __m256d what) { _mm256_store_pd(to, _mm256_add_pd(_mm256_load_pd(to), what)); };
+  for_rows(first, [&](int k, __m256d r) { add(row(k), r); });
+  for_rows(second, [&](int k, __m256d r) { add(row(k) + 4, r); });
+}
+#endif
 #else
 template <class Row>
 QUERN_INLINE QuadPack gather_rows(Row&& row) {
@@ -194,14 +281,119 @@ QUERN_INLINE QuadPack gather_rows(Row&& row) {
   }
   return q;
 }
-QUERN_INLINE void columns_to_rows(const QuadPack& q, Quad* out) {
-  for (int k = 0; k < lanes; ++k) out[k].x = q.x.v[k], out[k].y = q.y.v[k], out[k].z = q.z.v[k], out[k].w = q.w.v[k];
+template <class Row>
+QUERN_INLINE void scatter_rows(const QuadPack& q, Row&& row) {
+  for (int k = 0; k < lanes; ++k) {
+    double* r = row(k);
+    r[0] = q.x.v[k], r[1] = q.y.v[k], r[2] = q.z.v[k], r[3] = q.w.v[k];
+  }
 }
-QUERN_INLINE void add_row(Quad& to, const Quad& row) { to.x += row.x, to.y += row.y, to.z += row.z, to.w += row.w; }
+template <class Row>
+QUERN_INLINE void add_double_rows(const QuadPack& first, const QuadPack& second, Row&& row) {
+  for (int k = 0; k < lanes; ++k) {
+    double* r = row(k);
+    r[0] += first.x.v[k], r[1] += first.y.v[k], r[2] += first.z.v[k], r[3] += first.w.v[k];
+    r[4] += second.x.v[k], r[5] += second.y.v[k], r[6] += second.z.v[k], r[7] += second.w.v[k];
+  }
+}
 #endif
 
-QUERN_INLINE QuadPack gather(const Quad* base, const Index* index) {
-  return gather_rows([&](int k) { return &base[index[k]].x; });
+// The same for two packs.
+template <class Row>
+QUERN_INLINE void gather_rows(Row&& row, QuadPack& to) {
+  to = gather_rows(row);
+}
+template <class Row>
+QUERN_INLINE void gather_rows(Row&& row, Columns<TwoPacks>& to) {
+  const QuadPack a = gather_rows(row), b = gather_rows([&](int k) { return row(k + lanes); });
+  to = {{a.x, b.x}, {a.y, b.y}, {a.z, b.z}, {a.w, b.w}};
+}
+QUERN_INLINE QuadPack first_half(const Columns<TwoPacks>& q) { return {q.x.a, q.y.a, q.z.a, q.w.a}; }
+QUERN_INLINE QuadPack second_half(const Columns<TwoPacks>& q) { return {q.x.b, q.y.b, q.z.b, q.w.b}; }
+template <class Row>
+QUERN_INLINE void scatter_rows(const Columns<TwoPacks>& q, Row&& row) {
+  scatter_rows(first_half(q), row);
+  scatter_rows(second_half(q), [&](int k) { return row(k + lanes); });
+}
+template <class Row>
+QUERN_INLINE void add_double_rows(const Columns<TwoPacks>& first, const Columns<TwoPacks>& second, Row&& row) {
+  add_double_rows(first_half(first), first_half(second), row);
+  add_double_rows(second_half(first), second_half(second), [&](int k) { return row(k + lanes); });
+}
+
+// Two rows of four in one register: half of it, put together, and what happens within each row.
+#if defined(__AVX2__)
+QUERN_INLINE Pack load_two_fours(const double* low, const double* high) { return join(_mm256_loadu_pd(low), _mm256_loadu_pd(high)); }
+QUERN_INLINE Pack load_four(const double* p) { return join(_mm256_loadu_pd(p), _mm256_setzero_pd()); }
+QUERN_INLINE void store_four(double* p, const Pack& a) { _mm256_storeu_pd(p, low_half(a)); }
+QUERN_INLINE __m256d companion_of_four(__m256d a) { return _mm256_permute4x64_pd(a, 0xff); }
+QUERN_INLINE Pack companion(const Pack& a) { return join(companion_of_four(low_half(a)), companion_of_four(high_half(a))); }
+QUERN_INLINE Pack keep_companion(const Pack& a, const Pack& old) {
+  return join(_mm256_blend_pd(low_half(a), low_half(old), 8), _mm256_blend_pd(high_half(a), high_half(old), 8));
+}
+QUERN_INLINE __m256d sum_in_four(__m256d a) {
+  const __m256d pairs = _mm256_add_pd(a, _mm256_permute_pd(a, 5));
+  return _mm256_add_pd(pairs, _mm256_permute2f128_pd(pairs, pairs, 1));
+}
+QUERN_INLINE Pack sum_of_four(const Pack& a) { return join(sum_in_four(low_half(a)), sum_in_four(high_half(a))); }
+#else
+QUERN_INLINE Pack load_two_fours(const double* low, const double* high) {
+  Pack r;
+  for (int k = 0; k < 4; ++k) r.v[k] = low[k], r.v[k + 4] = high[k];
+  return r;
+}
+QUERN_INLINE Pack load_four(const double* p) {
+  Pack r(0.0);
+  for (int k = 0; k < 4; ++k) r.v[k] = p[k];
+  return r;
+}
+QUERN_INLINE void store_four(double* p, const Pack& a) {
+  for (int k = 0; k < 4; ++k) p[k] = a.v[k];
+}
+QUERN_INLINE Pack companion(const Pack& a) {
+  Pack r;
+  for (int k = 0; k < lanes; ++k) r.v[k] = a.v[k | 3];
+  return r;
+}
+QUERN_INLINE Pack keep_companion(const Pack& a, const Pack& old) {
+  Pack r = a;
+  r.v[3] = old.v[3], r.v[7] = old.v[7];
+  return r;
+}
+QUERN_INLINE Pack sum_of_four(const Pack& a) {
+  Pack r;
+  for (int k = 0; k < lanes; ++k) r.v[k] = (a.v[k & 4] + a.v[(k & 4) + 1]) + (a.v[(k & 4) + 2] + a.v[(k & 4) + 3]);
+  return r;
+}
+#endif
+
+// The rows that begin at base + offset[0..7].
+QUERN_INLINE QuadPack gather(const double* base, const Index* offset) {
+  return gather_rows([&](int k) { return base + offset[k]; });
+}
+
+// Whole numbers as indices.
+QUERN_INLINE void store_integers(Index* to, const Pack& a) {
+#if defined(__AVX512F__)
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), _mm512_cvtpd_epi32(a.v));
+#else
+  alignas(64) double lane[lanes];
+  store(lane, a);
+  for (int k = 0; k < lanes; ++k) to[k] = static_cast<Index>(lane[k]);
+#endif
+}
+
+// Copies those of eight indices whose bit is set to `to`, close together; may write all eight places.
+QUERN_INLINE void pick(const Index* from, unsigned mask, Index* to) {
+#if defined(__AVX512F__)
+  const __m256i all = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from));
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), _mm256_maskz_compress_epi32(static_cast<__mmask8>(mask), all));
+#else
+  for (int k = 0; k < lanes; ++k) {
+    *to = from[k];
+    to += mask >> k & 1u;
+  }
+#endif
 }
 
 }  // namespace quern::QUERN_ISA

@@ -13,18 +13,28 @@ struct Approach {
   T normal_velocity;              // v_n = v_c·n [m/s]; negative while the bodies approach
   Triple<T> tangential_velocity;  // v_t = v_c − v_n n [m/s]
   T effective_radius;             // R* [m]
+  T contact_radius;               // √(R* δ), of Hertz's contact area [m]
   T effective_mass;               // m* [kg]
+  T inverse_mass;                 // 1/m* [1/kg]
+  T earlier;                      // δ one step earlier over δ now, 0 … 1 (1 where it shrank) [-]
   double time_step;               // over which the force has acted when it is evaluated [s]
   T lead;                         // by which springs advance to now: half a step, or since first touch [s]
   double ahead;                   // by which springs advance beyond now: half the next step [s]
 };
 
+// An approach along the normal alone, of one contact, seen without its past.
+inline Approach<double> head_on(double overlap, double normal_velocity, double effective_radius, double effective_mass, double time_step = 0) {
+  return {overlap, normal_velocity, {0, 0, 0}, effective_radius, std::sqrt(effective_radius * overlap), effective_mass, 1 / effective_mass, 1, time_step, 0.5 * time_step, 0.5 * time_step};
+}
+
 // A spring in the contact plane (sliding) or about it (rolling), kept from step to step. `stretch` is stored half a step
-// ahead of the force it gave (see hold), `energy` is what it stored when it gave that force.
+// ahead of the force it gave (see hold), `energy` is what it stored when it gave that force. A kernel that turned the stretch along
+// with its contact leaves it to the law to restore its length: one square root then serves for this and for the stiffening.
 template <class T>
 struct TangentialSpring {
-  Triple<T> stretch;  // ξ [m], or a rolling angle [rad]
-  T energy;           // [J]
+  Triple<T> stretch{};      // ξ [m], or a rolling angle [rad]
+  T energy{};               // [J]
+  T restoring = T(1.0);     // square of the factor by which `stretch` must be multiplied [-]
 };
 
 template <class T>
@@ -32,7 +42,7 @@ struct ContactForce {
   T normal;              // ≥ 0, along n on body i [N]
   Triple<T> tangential;  // on body i [N]
   T normal_stiffness;    // tangent stiffness of the elastic part [N/m]
-  T stiffening;          // that stiffness one step earlier over its present value [-]
+  T stiffening;          // square of: that stiffness one step earlier over its present value, at most 1 [-]
   T elastic_energy;      // stored in the normal and the tangential spring [J]
   T normal_loss;         // dissipated along the normal in this step [J]
   T tangential_loss;     // dissipated by sliding and tangential damping in this step [J]
@@ -45,22 +55,8 @@ template <class T>
 QUERN_INLINE void push(const Approach<T>& a, const T& elastic, const T& stiffness, const T& damping, ContactForce<T>& force) {
   force.normal = greater(T(0.0), elastic - damping * a.normal_velocity);
   force.normal_stiffness = stiffness;
-  const T per_mass = T(1.0) / a.effective_mass;
-  const T correction = T(0.5 * a.time_step * a.time_step) * per_mass * (stiffness * a.normal_velocity + damping * per_mass * force.normal);
+  const T correction = T(0.5 * a.time_step * a.time_step) * a.inverse_mass * (stiffness * a.normal_velocity + damping * a.inverse_mass * force.normal);
   force.normal_loss = (elastic - force.normal) * (a.normal_velocity - correction) * T(a.time_step);
-}
-
-// δ one step earlier, from the approach velocity.
-template <class T>
-QUERN_INLINE T earlier_overlap(const Approach<T>& a) {
-  return greater(T(0.0), a.overlap + a.normal_velocity * T(a.time_step));
-}
-
-// Half a step, or the time since first touch where that was within this step.
-template <class T>
-QUERN_INLINE T spring_lead(const T& overlap, const T& normal_velocity, double time_step) {
-  const T first_touch = overlap / greater(-normal_velocity, T(1e-300));
-  return select(overlap + normal_velocity * T(time_step) < T(0.0), first_touch, T(0.5 * time_step));
 }
 
 template <class T>
@@ -70,7 +66,7 @@ struct HeldForce {
 };
 
 // A spring k with a dashpot c in one plane, limited in size (Cundall & Strack 1979): F = −(k ξ + c v), |F| ≤ limit.
-// `stiffening` = k(last step)/k(now): where k grows with the overlap the spring is shortened, so that stiffening alone
+// `stiffening` = (k(last step)/k(now))² ≤ 1: where k grows with the overlap the spring is shortened, so that stiffening alone
 // raises neither its force nor its energy (Elata & Berryman 1996); this is what keeps oblique impacts from gaining energy.
 //
 // The stretch advances by half a step with the velocity before and half with the velocity after each force: the
@@ -78,20 +74,23 @@ struct HeldForce {
 template <class T>
 QUERN_INLINE HeldForce<T> hold(const Approach<T>& a, const Triple<T>& velocity, const T& stiffness, const T& stiffening, const T& damping,
                                const T& limit, TangentialSpring<T>& spring) {
-  const T tiny(1e-300), dt(a.time_step);
-  const Triple<T> stretch = lesser(T(1.0), stiffening) * spring.stretch + a.lead * velocity;
+  const T dt(a.time_step);
+  const Triple<T> stretch = square_root(stiffening * spring.restoring) * spring.stretch + a.lead * velocity;
   const Triple<T> trial = stiffness * stretch + damping * velocity;
   const T size = length(trial);
   const auto slides = size > limit;
-  const T scale = select(slides, limit / greater(size, tiny), T(1.0));
+  // One division for two reciprocals.
+  const T some_size = greater(size, T(1e-100)), some_stiffness = greater(stiffness, T(1e-100));
+  const T reciprocal = T(1.0) / (some_size * some_stiffness);
+  const T scale = select(slides, limit * (reciprocal * some_stiffness), T(1.0));
   const Triple<T> force = (-scale) * trial;
   // A sliding spring keeps just the stretch that by itself carries the limit.
-  const T softness = scale / greater(stiffness, tiny);
+  const T softness = scale * (reciprocal * some_size);
   const Triple<T> slipped = softness * trial;
   const Triple<T> kept = {select(slides, slipped.x, stretch.x), select(slides, slipped.y, stretch.y), select(slides, slipped.z, stretch.z)};
   const T energy = T(0.5) * stiffness * dot(kept, kept);
   const T loss = spring.energy - energy - dt * dot(force, velocity);
-  spring = {kept + T(a.ahead) * velocity, energy};
+  spring = {kept + T(a.ahead) * velocity, energy, T(1.0)};
   return {force, loss};
 }
 

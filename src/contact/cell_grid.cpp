@@ -26,15 +26,17 @@ CellGrid make_grid(const Particles& particles, const Domain& domain, const std::
   for (;; cell *= 1.5) {  // far-flung particles must not make the grid larger than the particles themselves
     double count = 1;
     for (int axis = 0; axis < 3; ++axis) {
+      // Runs of particles lie along x: narrow cells there cut them to length.
+      const double width = axis == 0 ? cell / 3 : cell;
       grid.wraps[axis] = domain.period[axis] > 0;
       const double extent = grid.wraps[axis] ? domain.period[axis] : box.upper[axis] - box.lower[axis];
       grid.lower[axis] = grid.wraps[axis] ? domain.lower[axis] : box.lower[axis];
-      const double fitting = grid.wraps[axis] ? std::max(1.0, std::floor(extent / cell)) : std::floor(extent / cell) + 1;
+      const double fitting = grid.wraps[axis] ? std::max(1.0, std::floor(extent / width)) : std::floor(extent / width) + 1;
       count *= fitting;
       grid.cells[axis] = static_cast<Index>(std::min(fitting, 1e6));
-      grid.inverse_cell[axis] = grid.wraps[axis] ? fitting / extent : 1 / cell;
+      grid.inverse_cell[axis] = grid.wraps[axis] ? fitting / extent : 1 / width;
     }
-    if (count <= 8.0 * static_cast<double>(rows.size()) + 64) break;
+    if (count <= 16.0 * static_cast<double>(rows.size()) + 64) break;
   }
   const Index cells = grid.cells[0] * grid.cells[1] * grid.cells[2];
   std::vector<Index> cell_of(rows.size());
@@ -46,12 +48,14 @@ CellGrid make_grid(const Particles& particles, const Domain& domain, const std::
   }
   std::partial_sum(grid.cell_start.begin(), grid.cell_start.end(), grid.cell_start.begin());
   std::vector<Index> next(grid.cell_start.begin(), grid.cell_start.end() - 1);
-  grid.position.resize(rows.size());
-  grid.row.resize(rows.size());
+  constexpr std::size_t batch = 8;
+  for (std::vector<double>* column : {&grid.x, &grid.y, &grid.z, &grid.radius}) column->resize(rows.size() + batch);
+  grid.row.resize(rows.size() + batch);
   for (std::size_t k = 0; k < rows.size(); ++k) {
-    const Index slot = next[at(cell_of[k])]++;
-    grid.position[at(slot)] = particles.position[at(rows[k])];
-    grid.row[at(slot)] = rows[k];
+    const std::size_t slot = at(next[at(cell_of[k])]++);
+    const Quad& q = particles.position[at(rows[k])];
+    grid.x[slot] = q.x, grid.y[slot] = q.y, grid.z[slot] = q.z, grid.radius[slot] = q.w;
+    grid.row[slot] = rows[k];
   }
   return grid;
 }
@@ -72,8 +76,13 @@ std::vector<CellGrid> make_grids(const Particles& particles, const Domain& domai
   double largest = 0;
   for (Index i = 0; i < particles.owned; ++i) largest = std::max(largest, particles.radius(i));
   std::vector<std::vector<Index>> octaves;
+  double last_radius = 0;
+  std::size_t octave = 0;
   for (Index i = 0; i < particles.owned; ++i) {
-    const auto octave = static_cast<std::size_t>(std::min(30, std::max(0, std::ilogb(largest / particles.radius(i)))));
+    if (particles.radius(i) != last_radius) {
+      last_radius = particles.radius(i);
+      octave = static_cast<std::size_t>(std::min(30, std::max(0, std::ilogb(largest / last_radius))));
+    }
     if (octaves.size() <= octave) octaves.resize(octave + 1);
     octaves[octave].push_back(i);
   }

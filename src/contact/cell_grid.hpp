@@ -12,11 +12,11 @@ struct CellGrid {
   Index cells[3];
   bool wraps[3];
   std::vector<Index> cell_start;  // x runs fastest
-  std::vector<Quad> position;     // in the order of the cells
-  std::vector<Index> row;         // of the particle arrays
+  std::vector<double> x, y, z, radius;  // in the order of the cells; padded for SIMD batches
+  std::vector<Index> row;               // of the particle arrays; padded
 
-  Index cell_of(int axis, double x) const {
-    const double at = (x - lower[axis]) * inverse_cell[axis];
+  QUERN_INLINE Index cell_of(int axis, double along) const {
+    const double at = (along - lower[axis]) * inverse_cell[axis];
     const auto cell = static_cast<Index>(at < 0 ? 0 : at);
     return cell < cells[axis] ? cell : cells[axis] - 1;
   }
@@ -25,20 +25,20 @@ struct CellGrid {
 // Bins the owned particles; cells are at least as wide as the largest pair in them plus the skin [m].
 std::vector<CellGrid> make_grids(const Particles& particles, const Domain& domain, double skin);
 
-// Calls visit(first, last) for each run of grid.position that may hold particles within `reach` of a centre.
+// Calls visit(first, last) for each run of grid.row that may hold particles within `reach` of a centre.
 template <class Visit>
-void for_runs_near(const CellGrid& grid, const Quad& centre, double reach, Visit&& visit) {
-  const double x[3] = {centre.x, centre.y, centre.z};
+QUERN_INLINE void for_runs_near(const CellGrid& grid, const Quad& centre, double reach, Visit&& visit) {
+  const double middle[3] = {centre.x, centre.y, centre.z};
   Index from[3], to[3];
   for (int axis = 0; axis < 3; ++axis) {
     if (grid.wraps[axis]) {
-      from[axis] = static_cast<Index>(std::floor((x[axis] - reach - grid.lower[axis]) * grid.inverse_cell[axis]));
-      to[axis] = static_cast<Index>(std::floor((x[axis] + reach - grid.lower[axis]) * grid.inverse_cell[axis]));
+      from[axis] = static_cast<Index>(std::floor((middle[axis] - reach - grid.lower[axis]) * grid.inverse_cell[axis]));
+      to[axis] = static_cast<Index>(std::floor((middle[axis] + reach - grid.lower[axis]) * grid.inverse_cell[axis]));
       if (to[axis] - from[axis] + 1 >= grid.cells[axis]) from[axis] = 0, to[axis] = grid.cells[axis] - 1;
     } else {
-      if ((x[axis] + reach - grid.lower[axis]) < 0) return;
-      from[axis] = grid.cell_of(axis, x[axis] - reach);
-      to[axis] = grid.cell_of(axis, x[axis] + reach);
+      if ((middle[axis] + reach - grid.lower[axis]) < 0) return;
+      from[axis] = grid.cell_of(axis, middle[axis] - reach);
+      to[axis] = grid.cell_of(axis, middle[axis] + reach);
     }
   }
   const auto wrap = [&](int axis, Index c) { return c < 0 ? c + grid.cells[axis] : c >= grid.cells[axis] ? c - grid.cells[axis] : c; };

@@ -1,17 +1,14 @@
-// The contacts of one block of particles: candidate pairs, the memory of those that touch, and this step's list of them.
-// Blocks depend on the number of particles alone. One thread works on a block at a time and writes only the block's own
-// particles; forces on particles of later blocks wait in `remote` and are added in the order of the blocks. That fixes
-// every sum, whatever the number of threads.
+// The contacts of one block of particles: candidate pairs, the memory of those that touch, and the forces on other blocks' particles.
+// Blocks depend on the number of particles alone. One thread works on a block at a time, on a copy of the block's own particles
+// and of its halo: the particles of later blocks (or periodic images) that may touch them. Forces on the halo wait in `load` and
+// are added in the order of the blocks. That fixes every sum, whatever the number of threads.
 #pragma once
+#include <cstddef>
 #include <vector>
 #include "src/contact/laws.hpp"
+#include "src/particle/particles.hpp"
 
 namespace quern {
-
-// What a touching contact remembers: the sliding and the rolling spring, each with its energy as companion.
-struct alignas(64) ContactMemory {
-  Quad sliding, rolling;
-};
 
 // A collision from first touch to now. Kept only where the run records collisions.
 struct alignas(64) CollisionRecord {
@@ -44,6 +41,7 @@ struct WallCandidate {
   Index first_triangle, last_triangle;  // range in `triangles`, meshes only
   Index first_slot;                     // of the touches it has now, in `wall_slots`; −1: none
   Index touches;
+  double asleep_until;                  // no touch before the path since the search is this long [m]
 };
 
 // A sphere touching a wall, ready for the force kernel.
@@ -54,24 +52,41 @@ struct WallTouch {
   Quad point;     // of contact, from the wall's origin [m]; companion: index of the wall
 };
 
-struct Remote {
-  Quad force, torque;
-  Index particle;
+// Pairs of one pair kind that may touch. Particles are named by their offset: four times their row in the workspace, where the
+// block's own particles come first and its halo after them (kernels address doubles).
+struct CandidateList {
+  std::vector<Index> first, second;  // offsets; `first` is the block's own and ascends
+  std::vector<Index> slot;           // into the memory of contacts; −1: not touching
+  Index count = 0;                   // the vectors are longer by padding
+
+  template <class A>
+  void archive(A& a) {
+    a(first, second, slot, count);
+  }
 };
 
-// Touching contacts of one pair of materials in this step. Grows out of line: the kernels that fill it are compiled for
-// several instruction sets and must not leave copies of shared functions behind.
+// Touching contacts of particles and walls, of one pair kind, in this step.
 struct ActiveList {
-  std::vector<Index> first, second, slot;  // second: particle row, or position in `wall_touches`
-  Index count = 0;
-  void clear() { count = 0; }
-  Index size() const { return count; }
-  QUERN_INLINE void push(Index i, Index j, Index s) {
-    if (static_cast<std::size_t>(count) == first.size()) grow();
-    const auto at = static_cast<std::size_t>(count++);
-    first[at] = i, second[at] = j, slot[at] = s;
-  }
-  void grow();
+  std::vector<Index> first, second, slot;  // row of the particle, position in `wall_touches`, slot of the memory
+  void clear() { first.clear(), second.clear(), slot.clear(); }
+  Index size() const { return static_cast<Index>(first.size()); }
+  void push(Index i, Index j, Index s) { first.push_back(i), second.push_back(j), slot.push_back(s); }
+};
+
+// A particle of a later block, or a periodic image, as a block sees it.
+struct HaloRow {
+  Index row;    // of the particle arrays
+  Index image;  // see Domain::shift
+};
+
+// What acts on a particle.
+struct alignas(64) Load {
+  Quad force, torque;  // [N], [N m]
+};
+
+// A run of another block's halo that lies in this block.
+struct Incoming {
+  Index block, from, to;
 };
 
 struct StepSums {
@@ -88,36 +103,51 @@ struct WallSums {
   Triple<double> torque{};  // about the wall's origin [N m]
 };
 
-// Candidates beyond the end that a kernel may read: a SIMD batch, and those it asks the cache for in advance.
-inline constexpr Index candidates_ahead = 24, candidate_padding = candidates_ahead + 8;
+// Lists that kernels read are longer than their count by this: two SIMD batches.
+inline constexpr Index list_padding = 16;
 
 struct ContactBlock {
-  Index first = 0, last = 0;          // rows of the particle arrays
-  std::vector<Index> row_start;       // of each particle's candidates in `neighbour`
-  std::vector<Index> neighbour;       // rows j > i, ascending; padded
-  std::vector<Index> slot;            // into `memory`; −1: not touching; padded
+  Index first = 0, last = 0;               // rows of the particle arrays
+  std::vector<CandidateList> candidates;   // by pair kind
+  std::vector<HaloRow> halo;               // grouped by block, ascending
+  std::vector<Load> load;                  // on the block's own particles, on its halo, and on the two idle ones, in this step
+  std::vector<Incoming> incoming;          // whose halo holds particles of this block, in the order of the blocks
 
   std::vector<WallCandidate> wall_candidates;
   std::vector<Index> triangles;
   std::vector<WallTouch> wall_touches;
   std::vector<Index> wall_slots;      // slots of this step's wall touches, in the order of the candidates
   std::vector<Quad> wall_normals;     // their normals, by which a touch finds its memory again
+  std::vector<ActiveList> walls;      // by pair kind
 
-  std::vector<ContactMemory> memory;  // row 0 is scratch, for the idle lanes of a SIMD batch
-  std::vector<CollisionRecord> record;
+  // What touching contacts remember, by slot: a spring and its energy. Row 0 is scratch, for the idle lanes of a SIMD batch.
+  std::vector<Quad> sliding;
+  std::vector<Quad> rolling;          // empty unless `rolls`
+  std::vector<CollisionRecord> record;  // empty unless `records`
   std::vector<Index> free_slots;
-
-  std::vector<ActiveList> pairs, walls;      // by pair kind
-  std::vector<std::vector<Remote>> remote;   // by later block
-  std::vector<WallSums> wall_sums;           // by wall
-  std::vector<Collision> collisions;         // ended in this step
-  StepSums sums;
-
+  bool rolls = false;                 // whether any pair has rolling resistance
   bool records = false;               // whether collisions are written down
 
+  std::vector<WallSums> wall_sums;    // by wall
+  std::vector<Collision> collisions;  // ended in this step
+  StepSums sums;
+
+  Index size() const { return last - first; }
+  // The row of the particle arrays that an offset names.
+  Index row_of(Index offset) const {
+    const Index local = offset / 4;
+    return local < size() ? first + local : halo[static_cast<std::size_t>(local - size())].row;
+  }
   Index take_slot();                  // a cleared row of memory
   void release_slot(Index s);
-  void push_remote(std::size_t block, const Remote& r);
 };
+
+// Calls visit(row i, row j, slot) for each touching pair of the block, by pair kind, then in the order of i.
+template <class Visit>
+void for_touching_pairs(const ContactBlock& block, Visit&& visit) {
+  for (const CandidateList& list : block.candidates)
+    for (std::size_t k = 0; k < static_cast<std::size_t>(list.count); ++k)
+      if (list.slot[k] >= 0) visit(block.row_of(list.first[k]), block.row_of(list.second[k]), list.slot[k]);
+}
 
 }  // namespace quern

@@ -9,7 +9,9 @@ struct Contacts {
   std::vector<ContactBlock> blocks;
   Index block_size = 1;
   bool records = false;         // whether collisions are written down
+  bool rolls = false;           // whether any pair has rolling resistance
   double skin = 0;              // candidates are nearer than this beyond touching [m]
+  double motion = 0;            // by which the skin is used up [m/step]
   double travelled = 0;         // an upper bound of any particle's path since the last search [m]
   double wall_travelled = 0;    // the same for walls
   std::int64_t searches = 0;
@@ -21,10 +23,17 @@ struct Contacts {
   bool stale() const { return blocks.empty() || 2 * travelled > skin || travelled + wall_travelled > skin; }
 };
 
+// Which law serves which two materials.
+struct PairKinds {
+  const std::uint8_t* of;  // [a * materials + b]
+  Index materials;
+  std::size_t count;
+};
+
 // Searches the candidate pairs of all particles within the skin, whose width follows from how long the last search served;
 // every so often it sorts the particles in space first. Touching contacts, of pairs and of walls, keep their memory.
 // Positions are brought back into the periodic domain; returns Σ m Δx of those moves [kg m].
-Triple<double> search_neighbours(Contacts& contacts, Particles& particles, const Domain& domain, std::size_t pair_kinds, std::size_t walls,
-                                 ThreadTeam& team);
+Triple<double> search_neighbours(Contacts& contacts, Particles& particles, const Domain& domain, const PairKinds& kinds, std::size_t walls,
+                                 const Kernels& kernels, ThreadTeam& team);
 
 }  // namespace quern

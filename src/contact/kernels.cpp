@@ -5,8 +5,9 @@ namespace quern {
 
 const Kernels* find_kernels(const char* name) {
 #if defined(__x86_64__)
-  if (std::strcmp(name, "avx512") == 0 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl")) return &avx512::kernels;
-  if (std::strcmp(name, "avx2") == 0 && __builtin_cpu_supports("avx2")) return &avx2::kernels;
+  if (std::strcmp(name, "avx512") == 0 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq") &&
+      __builtin_cpu_supports("popcnt")) return &avx512::kernels;
+  if (std::strcmp(name, "avx2") == 0 && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("popcnt")) return &avx2::kernels;
 #endif
   return std::strcmp(name, "portable") == 0 ? &portable::kernels : nullptr;
 }
@@ -15,6 +16,11 @@ const Kernels& best_kernels() {
   for (const char* name : {"avx512", "avx2"})
     if (const Kernels* found = find_kernels(name)) return *found;
   return portable::kernels;
+}
+
+void Found::reserve(Index room) {
+  const auto wanted = static_cast<std::size_t>(count) + static_cast<std::size_t>(room);
+  if (row.size() < wanted) row.resize(2 * wanted), image.resize(2 * wanted);
 }
 
 void end_collision(const StepContext& step, ContactBlock& block, Index i, Index j, Index wall, Index slot, bool lasting) {

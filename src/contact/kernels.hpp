@@ -6,6 +6,9 @@
 
 namespace quern {
 
+struct CellGrid;
+struct Workspace;
+
 // What every kernel reads.
 struct StepContext {
   Particles* particles;
@@ -16,15 +19,35 @@ struct StepContext {
   double time_step;               // [s]; 0 where forces are evaluated without a step
   double ahead;                   // half the next step [s]
   double time;                    // at the end of the step [s]
+  double path;                    // by which a particle may have come nearer to a wall since the search [m]
+};
+
+// What a neighbour search finds for one particle.
+struct Found {
+  std::vector<Index> row, image;  // the first `count` of them
+  Index count = 0;
+  void reserve(Index room);   // so many more
 };
 
 struct Kernels {
   const char* name;
-  // Lists the candidate pairs that overlap now in block.pairs; gives new contacts a slot and ends those that parted.
-  void (*find_touching)(const StepContext&, ContactBlock&);
-  // Forces of the listed pairs, or wall touches, of one kind.
-  void (*pair_forces)(const StepContext&, const PairLaw&, const ActiveList&, ContactBlock&);
+  // Moves rows [first, last) by one step and predicts their velocities; returns the largest distance moved, NaN where a number
+  // is no longer finite. Velocity Verlet with a predicted velocity (physics §1): second order also where forces depend on velocity.
+  //   advance:  x += v dt + a dt²/2,  v ← v + a dt   (the prediction that the forces see)
+  //   correct:  v += (a_new − a) dt/2                 (= v + (a + a_new) dt/2)
+  // Without velocity-dependent forces this is velocity Verlet to the bit of its rounding; momentum is kept by construction.
+  double (*advance)(Particles&, Index first, Index last, double time_step);
+  // Turns the loads of a block's own particles into accelerations and completes the velocities.
+  void (*correct)(Particles&, const ContactBlock&, double time_step, const Triple<double>& gravity);
+  // Fills the workspace with a block's particles and halo, and clears their loads.
+  void (*load_block)(const StepContext&, ContactBlock&, Workspace&);
+  // Finds the candidate pairs of one kind that overlap now and adds their forces to the block's loads. New contacts get
+  // a slot; those that parted end.
+  void (*pair_forces)(const StepContext&, const PairLaw&, CandidateList&, ContactBlock&, Workspace&);
   void (*wall_forces)(const StepContext&, const PairLaw&, const ActiveList&, ContactBlock&);
+  // Appends the particles nearer to particle i than touching by the skin, of greater rows than its own, to `found` (see
+  // Found); all those of one grid.
+  void (*find_near)(const Domain&, const CellGrid&, const Quad& centre, double skin, Index i, Found&);
 };
 
 // The best for this processor, or the one the name asks for ("portable", "avx2", "avx512").

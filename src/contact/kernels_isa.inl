@@ -1,22 +1,14 @@
 // The inner loops for one instruction set; each kernels_*.cpp includes this with its own QUERN_ISA and compiler flags.
+#include <cstring>
 #include "src/base/pack.hpp"
+#include "src/contact/cell_grid.hpp"
 #include "src/contact/kernels.hpp"
+#include "src/contact/workspace.hpp"
 
 namespace quern::QUERN_ISA {
 namespace {
 
 using PackTriple = Triple<Pack>;
-
-struct Space {
-  Pack px, py, pz, ix, iy, iz;
-  bool periodic;
-  explicit Space(const Domain& d)
-      : px(d.period[0]), py(d.period[1]), pz(d.period[2]), ix(d.inverse(0)), iy(d.inverse(1)), iz(d.inverse(2)), periodic(d.periodic()) {}
-  QUERN_INLINE PackTriple nearest(PackTriple d) const {
-    if (!periodic) return d;
-    return {d.x - px * nearest_integer(d.x * ix), d.y - py * nearest_integer(d.y * iy), d.z - pz * nearest_integer(d.z * iz)};
-  }
-};
 
 // Bit k: slot[k] ≥ 0.
 QUERN_INLINE unsigned touched_before(const Index* slot) {
@@ -30,108 +22,164 @@ QUERN_INLINE unsigned touched_before(const Index* slot) {
 #endif
 }
 
-void find_touching(const StepContext& step, ContactBlock& block) {
-  const Particles& particles = *step.particles;
-  const Quad* position = particles.position.data();
-  const std::uint8_t* material = particles.material.data();
-  const Space space(*step.domain);
-  for (ActiveList& list : block.pairs) list.clear();
-  for (Index i = block.first; i < block.last; ++i) {
-    const Index from = block.row_start[static_cast<std::size_t>(i - block.first)], to = block.row_start[static_cast<std::size_t>(i - block.first) + 1];
-    const Quad& here = position[i];
-    for (Index k = from; k < to; k += lanes) {
-      const Index* js = block.neighbour.data() + k;
-      Index* slots = block.slot.data() + k;
-      // Neighbours lie all over the arrays: ask for those of some rows ahead, and below for all that the forces will want.
-      for (int lane = 0; lane < lanes; ++lane) __builtin_prefetch(position + js[lane + candidates_ahead]);
-      const unsigned valid = to - k >= lanes ? 0xffu : (1u << (to - k)) - 1u;
-      const QuadPack other = gather(position, js);
-      const PackTriple apart = space.nearest({Pack(here.x) - other.x, Pack(here.y) - other.y, Pack(here.z) - other.z});
-      const Pack reach = Pack(here.w) + other.w;
-      const unsigned now = bits(dot(apart, apart) < reach * reach) & valid;
-      unsigned visit = (now | touched_before(slots)) & valid;
-      while (visit != 0) {
-        const int lane = __builtin_ctz(visit);
-        visit &= visit - 1;
-        const Index j = js[lane];
-        if (now >> lane & 1u) {
-          if (slots[lane] < 0) slots[lane] = block.take_slot();
-          block.pairs[step.pair_kind[material[i] * step.material_count + material[j]]].push(i, j, slots[lane]);
-          __builtin_prefetch(block.memory.data() + slots[lane], 1);
-          __builtin_prefetch(particles.velocity.data() + j);
-          __builtin_prefetch(particles.spin.data() + j);
-          __builtin_prefetch(particles.force.data() + j, 1);
-          __builtin_prefetch(particles.torque.data() + j, 1);
-        } else {
-          end_collision(step, block, i, j, -1, slots[lane], false);
-          block.release_slot(slots[lane]);
-          slots[lane] = -1;
-        }
-      }
+// Contacts that begin and contacts that end, among eight candidates.
+[[gnu::noinline]] void change(const StepContext& step, ContactBlock& block, CandidateList& list, Index at, unsigned now, unsigned changed) {
+  for (; changed != 0; changed &= changed - 1) {
+    const auto k = static_cast<std::size_t>(at + __builtin_ctz(changed));
+    Index& slot = list.slot[k];
+    if (now >> __builtin_ctz(changed) & 1u) {
+      slot = block.take_slot();
+    } else {
+      if (block.records) end_collision(step, block, block.row_of(list.first[k]), block.row_of(list.second[k]), -1, slot, false);
+      block.release_slot(slot);
+      slot = -1;
     }
   }
 }
 
-// A spring carried along with its contact plane: turned with the normal and with the bodies' common twist about it, its
-// length kept.
-QUERN_INLINE PackTriple carry(const PackTriple& stretch, const PackTriple& normal, const Pack& twist) {
-  const Pack length_squared = dot(stretch, stretch);
-  const PackTriple flat = stretch - dot(stretch, normal) * normal;
-  const PackTriple turned = flat + twist * cross(normal, flat);
-  const Pack turned_squared = dot(turned, turned);
-  return square_root(length_squared / greater(turned_squared, Pack(1e-300))) * turned;
+// Bit k: rows[k] > after.
+QUERN_INLINE unsigned later(const Index* rows, Index after) {
+#if defined(__AVX2__)
+  const __m256i r = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(rows));
+  return static_cast<unsigned>(_mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpgt_epi32(r, _mm256_set1_epi32(after)))));
+#else
+  unsigned r = 0;
+  for (int k = 0; k < lanes; ++k) r |= static_cast<unsigned>(rows[k] > after) << k;
+  return r;
+#endif
 }
 
-struct Bodies {
-  PackTriple normal;
-  Approach<Pack> approach;
-  PackTriple spin_difference;  // ω_i − ω_j
-  PackTriple spin_sum;         // ω_i + ω_j
-};
-
-struct Answer {
-  ContactForce<Pack> contact;
-  PackTriple force;   // on body i
-  PackTriple moment;  // rolling moment on body i
-  Pack rolling_loss;
-};
-
-// The chosen law and rolling model on eight contacts; updates their memory.
-template <class Law>
-QUERN_INLINE Answer answer(const Law& law, const Rolling& rolling, const Bodies& b, ContactMemory* memory, const Index* slot) {
-  const QuadPack sliding = gather_rows([&](int k) { return &memory[slot[k]].sliding.x; });
-  const Pack twist = Pack(0.5 * b.approach.time_step) * dot(b.spin_sum, b.normal);
-  TangentialSpring<Pack> spring{carry(sliding.xyz(), b.normal, twist), sliding.w};
-  Answer result;
-  result.contact = law(b.approach, spring);
-  result.force = result.contact.normal * b.normal + result.contact.tangential;
-  alignas(64) Quad rows[lanes];
-  columns_to_rows({spring.stretch.x, spring.stretch.y, spring.stretch.z, spring.energy}, rows);
-  for (int k = 0; k < lanes; ++k) memory[slot[k]].sliding = rows[k];
-  result.moment = {Pack(0.0), Pack(0.0), Pack(0.0)};
-  result.rolling_loss = Pack(0.0);
-  if (rolling.model != RollingModel::none) {
-    const QuadPack stored = gather_rows([&](int k) { return &memory[slot[k]].rolling.x; });
-    TangentialSpring<Pack> roll{carry(stored.xyz(), b.normal, twist), stored.w};
-    const PackTriple rolling_velocity = b.spin_difference - dot(b.spin_difference, b.normal) * b.normal;
-    const HeldForce<Pack> held = rolling(b.approach, result.contact, rolling_velocity, roll);
-    result.moment = held.force;
-    result.rolling_loss = held.loss;
-    result.contact.elastic_energy += roll.energy;
-    columns_to_rows({roll.stretch.x, roll.stretch.y, roll.stretch.z, roll.energy}, rows);
-    for (int k = 0; k < lanes; ++k) memory[slot[k]].rolling = rows[k];
+// Lists the candidates that overlap now in the workspace.
+void find_touching(const StepContext& step, CandidateList& list, ContactBlock& block, Workspace& work) {
+  const double* position = &work.position[0].x;
+  Index active = 0;
+  for (Index at = 0; at < list.count; at += lanes) {
+    const Index *first = list.first.data() + at, *second = list.second.data() + at, *slot = list.slot.data() + at;
+    const QuadPack i = gather(position, first), j = gather(position, second);
+    const PackTriple apart = i.xyz() - j.xyz();
+    const Pack reach = i.w + j.w;
+    const unsigned valid = list.count - at >= lanes ? 0xffu : (1u << (list.count - at)) - 1u;
+    const unsigned now = bits(dot(apart, apart) < reach * reach) & valid;
+    const unsigned changed = (now ^ touched_before(slot)) & valid;
+    if (changed != 0) change(step, block, list, at, now, changed);
+    pick(first, now, work.first.data() + active);
+    pick(second, now, work.second.data() + active);
+    pick(slot, now, work.slot.data() + active);
+    active += __builtin_popcount(now);
   }
-  return result;
+  const Index idle = 4 * (block.size() + static_cast<Index>(block.halo.size()));
+  for (Index k = active; k < active + list_padding; ++k) {
+    const auto at = static_cast<std::size_t>(k);
+    work.first[at] = idle, work.second[at] = idle + 4, work.slot[at] = 0;
+  }
+  work.active = active;
+}
+
+// A spring carried along with its contact plane: turned with the normal and with the bodies' common twist about it. Its length
+// changes a little on the way.
+template <class T>
+QUERN_INLINE Triple<T> turned(const Triple<T>& stretch, const Triple<T>& normal, const T& twist) {
+  const Triple<T> flat = stretch - dot(stretch, normal) * normal;
+  return flat + twist * cross(normal, flat);
+}
+
+// Two bodies that touch.
+template <class T>
+struct Bodies {
+  Triple<T> normal;
+  Triple<T> relative_velocity;  // at the contact point
+  Triple<T> spin_difference;    // ω_i − ω_j
+  Triple<T> spin_sum;           // ω_i + ω_j
+  T overlap, effective_radius, contact_radius, effective_mass, inverse_mass;
+};
+
+// Where contacts remember.
+struct Springs {
+  double *sliding, *rolling;
+  explicit Springs(ContactBlock& block) : sliding(&block.sliding[0].x), rolling(block.rolls ? &block.rolling[0].x : nullptr) {}
+};
+
+// What a contact does, and what is written down of it.
+template <class T>
+struct Answer {
+  Triple<T> force;       // on body i
+  Triple<T> moment;      // rolling moment on body i
+  Triple<T> tangential;  // part of `force`
+  T normal, elastic_energy, normal_loss, tangential_loss, rolling_loss;
+  T normal_velocity;
+  Triple<T> tangential_velocity;
+};
+
+// The chosen law and rolling model on eight contacts, or sixteen; updates their memory. Each value is made once and never copied
+// as part of a struct: compilers put copied structs into memory.
+template <class T, class Law>
+QUERN_INLINE void answer(const StepContext& step, const Law& law, const Rolling& rolling, const Bodies<T>& bodies, const Springs& springs,
+                         const Index* slot, Answer<T>& result) {
+  const Triple<T> normal = bodies.normal;
+  const T contact_overlap = bodies.overlap;
+  const auto memory = [&](int k) { return springs.sliding + 4 * static_cast<std::ptrdiff_t>(slot[k]); };
+  Columns<T> sliding;
+  gather_rows(memory, sliding);
+  const T one(1.0), zero(0.0), dt(step.time_step), tiny(1e-60);
+  const T twist = T(0.5 * step.time_step) * dot(bodies.spin_sum, normal);
+  const Triple<T> stretch = turned(sliding.xyz(), normal, twist);
+
+  const T normal_velocity = dot(bodies.relative_velocity, normal);
+  const Triple<T> tangential_velocity = bodies.relative_velocity - normal_velocity * normal;
+  // One division for three reciprocals.
+  const T closing = greater(-normal_velocity, tiny), overlap = greater(contact_overlap, tiny);
+  const T turned_square = greater(dot(stretch, stretch), tiny);
+  const T both = closing * overlap, reciprocal = one / (both * turned_square), of_both = reciprocal * turned_square;
+  const T overlap_before = contact_overlap + normal_velocity * dt;
+  const T since_touch = contact_overlap * (of_both * overlap);
+
+  TangentialSpring<T> spring{stretch, sliding.w, dot(sliding.xyz(), sliding.xyz()) * (reciprocal * both)};
+  const Approach<T> approach{contact_overlap,
+                             normal_velocity,
+                             tangential_velocity,
+                             bodies.effective_radius,
+                             bodies.contact_radius,
+                             bodies.effective_mass,
+                             bodies.inverse_mass,
+                             lesser(one, greater(zero, overlap_before) * (of_both * closing)),
+                             step.time_step,
+                             select(overlap_before < zero, since_touch, T(0.5 * step.time_step)),
+                             step.ahead};
+  const ContactForce<T> contact = law(approach, spring);
+  scatter_rows(Columns<T>{spring.stretch.x, spring.stretch.y, spring.stretch.z, spring.energy}, memory);
+  result.force = contact.normal * normal + contact.tangential;
+  result.moment = {zero, zero, zero};
+  result.tangential = contact.tangential;
+  result.normal = contact.normal;
+  result.elastic_energy = contact.elastic_energy;
+  result.normal_loss = contact.normal_loss;
+  result.tangential_loss = contact.tangential_loss;
+  result.rolling_loss = zero;
+  result.normal_velocity = normal_velocity;
+  result.tangential_velocity = tangential_velocity;
+  if (rolling.model == RollingModel::none) return;
+
+  const auto rolled = [&](int k) { return springs.rolling + 4 * static_cast<std::ptrdiff_t>(slot[k]); };
+  Columns<T> stored;
+  gather_rows(rolled, stored);
+  const Triple<T> angle = turned(stored.xyz(), normal, twist);
+  TangentialSpring<T> roll{angle, stored.w, dot(stored.xyz(), stored.xyz()) / greater(dot(angle, angle), tiny)};
+  const Triple<T> rolling_velocity = bodies.spin_difference - dot(bodies.spin_difference, normal) * normal;
+  const HeldForce<T> held = rolling(approach, contact, rolling_velocity, roll);
+  scatter_rows(Columns<T>{roll.stretch.x, roll.stretch.y, roll.stretch.z, roll.energy}, rolled);
+  result.moment = held.force;
+  result.elastic_energy = contact.elastic_energy + roll.energy;
+  result.rolling_loss = held.loss;
 }
 
 struct Sums {
   Pack elastic{0.0}, normal{0.0}, sliding{0.0}, rolling{0.0};
-  QUERN_INLINE void add(const Answer& a, const Mask& valid) {
-    const Pack zero(0.0);
-    elastic += select(valid, a.contact.elastic_energy, zero);
-    normal += select(valid, a.contact.normal_loss, zero);
-    sliding += select(valid, a.contact.tangential_loss, zero);
-    rolling += select(valid, a.rolling_loss, zero);
+  template <class T>
+  QUERN_INLINE void add(const Answer<T>& a, int count) {
+    add_first(elastic, a.elastic_energy, count);
+    add_first(normal, a.normal_loss, count);
+    add_first(sliding, a.tangential_loss, count);
+    add_first(rolling, a.rolling_loss, count);
   }
   void flush(StepSums& s) const {
     s.elastic_energy += sum(elastic);
@@ -141,15 +189,17 @@ struct Sums {
   }
 };
 
-void write_down(const StepContext& step, const Bodies& b, const Answer& a, CollisionRecord* record, const Index* slot, int count) {
-  alignas(64) double vn[lanes], vt[lanes], fn[lanes], overlap[lanes], ln[lanes], lt[lanes], mass[lanes];
-  store(vn, b.approach.normal_velocity);
-  store(vt, length(b.approach.tangential_velocity));
-  store(fn, a.contact.normal);
-  store(overlap, b.approach.overlap);
-  store(ln, a.contact.normal_loss);
-  store(lt, a.contact.tangential_loss + a.rolling_loss);
-  store(mass, b.approach.effective_mass);
+template <class T>
+QUERN_INLINE void write_down(const StepContext& step, const Bodies<T>& b, const Answer<T>& a, CollisionRecord* record, const Index* slot, int count) {
+  constexpr int most = sizeof(T) / sizeof(double);
+  alignas(64) double vn[most], vt[most], fn[most], overlap[most], ln[most], lt[most], mass[most];
+  store(vn, a.normal_velocity);
+  store(vt, length(a.tangential_velocity));
+  store(fn, a.normal);
+  store(overlap, b.overlap);
+  store(ln, a.normal_loss);
+  store(lt, a.tangential_loss + a.rolling_loss);
+  store(mass, b.effective_mass);
   for (int k = 0; k < count; ++k) {
     CollisionRecord& r = record[slot[k]];
     if (r.start_time < 0) {
@@ -165,112 +215,150 @@ void write_down(const StepContext& step, const Bodies& b, const Answer& a, Colli
   }
 }
 
+QUERN_INLINE void add_to(Quad& to, const Quad& row) { to.x += row.x, to.y += row.y, to.z += row.z; }
+
+// A batch of pairs on its way from the positions to the forces.
+template <class T>
+struct PairBatch {
+  Bodies<T> bodies;
+  T arm_i, arm_j;  // from the centres to the contact point
+  Answer<T> answer;
+};
+
+template <class T>
+QUERN_INLINE Columns<T> rows_at(const double* base, const Index* offset) {
+  Columns<T> columns;
+  gather_rows([&](int k) { return base + offset[k]; }, columns);
+  return columns;
+}
+
+template <class T>
+QUERN_INLINE void meet(const Workspace& work, const Index* i, const Index* j, PairBatch<T>& batch) {
+  const double *position = &work.position[0].x, *velocity = &work.velocity[0].x, *spin = &work.spin[0].x;
+  const Columns<T> xi = rows_at<T>(position, i), xj = rows_at<T>(position, j);
+  const Columns<T> vi = rows_at<T>(velocity, i), vj = rows_at<T>(velocity, j);
+  const Columns<T> wi = rows_at<T>(spin, i), wj = rows_at<T>(spin, j);
+  const Triple<T> apart = xi.xyz() - xj.xyz();
+  // One division for four reciprocals.
+  const T distance = square_root(dot(apart, apart)), radii = xi.w + xj.w, masses = vi.w + vj.w, product = vi.w * vj.w;
+  const T lengths = distance * radii, weights = masses * product, reciprocal = T(1.0) / (lengths * weights);
+  const T of_lengths = reciprocal * weights, of_weights = reciprocal * lengths;
+  const Triple<T> normal = (of_lengths * radii) * apart;
+  const T overlap = greater(T(0.0), radii - distance);
+  const T arm_i = xi.w - T(0.5) * overlap, arm_j = xj.w - T(0.5) * overlap;
+  batch.bodies.normal = normal;
+  batch.bodies.overlap = overlap;
+  const T effective_radius = xi.w * xj.w * (of_lengths * distance);
+  batch.bodies.effective_radius = effective_radius;
+  batch.bodies.contact_radius = square_root(effective_radius * overlap);
+  batch.bodies.effective_mass = product * (of_weights * product);
+  batch.bodies.inverse_mass = masses * (of_weights * masses);
+  batch.bodies.spin_difference = wi.xyz() - wj.xyz();
+  batch.bodies.spin_sum = wi.xyz() + wj.xyz();
+  batch.bodies.relative_velocity = vi.xyz() - vj.xyz() - cross(arm_i * wi.xyz() + arm_j * wj.xyz(), normal);
+  batch.arm_i = arm_i;
+  batch.arm_j = arm_j;
+}
+
+template <class T>
+QUERN_INLINE void pull(const PairBatch<T>& batch, const Index* i, const Index* j, double* loads) {
+  const Triple<T> force = batch.answer.force, moment = batch.answer.moment;
+  const Triple<T> twist = cross(batch.bodies.normal, batch.answer.tangential);
+  const Triple<T> on_i = moment - batch.arm_i * twist, on_j = (-batch.arm_j) * twist - moment;
+  const T zero(0.0);
+  add_double_rows(Columns<T>{force.x, force.y, force.z, zero}, Columns<T>{on_i.x, on_i.y, on_i.z, zero}, [&](int k) { return loads + 2 * i[k]; });
+  add_double_rows(Columns<T>{-force.x, -force.y, -force.z, zero}, Columns<T>{on_j.x, on_j.y, on_j.z, zero},
+                  [&](int k) { return loads + 2 * j[k]; });
+}
+
+// A chunk of batches goes through each stage together: their square roots and divisions wait for nothing but their own batch, and
+// a processor that looks some hundred instructions ahead works on several batches at a time.
+template <class Law>
+void pair_forces_of(const StepContext& context, const Law& chosen, const Rolling& chosen_rolling, ContactBlock& block, Workspace& work) {
+  // Copies that no store can touch stay in registers.
+  const StepContext step = context;
+  const Law law = chosen;
+  const Rolling rolling = chosen_rolling;
+  const Springs springs(block);
+  const Index active = work.active;
+  using T = Pack;
+  constexpr int together = sizeof(T) / sizeof(double), chunk = 8;
+  PairBatch<T> batches[chunk];
+  double* loads = &block.load[0].force.x;
+  Sums sums;
+  for (Index from = 0; from < active; from += chunk * together) {
+    const Index to = active - from < chunk * together ? active : from + chunk * together;
+    PairBatch<T>* batch = batches;
+    for (Index at = from; at < to; at += together) meet(work, work.first.data() + at, work.second.data() + at, *batch++);
+    batch = batches;
+    for (Index at = from; at < to; at += together, ++batch) {
+      answer(step, law, rolling, batch->bodies, springs, work.slot.data() + at, batch->answer);
+      sums.add(batch->answer, to - at < together ? to - at : together);
+    }
+    batch = batches;
+    for (Index at = from; at < to; at += together) pull(*batch++, work.first.data() + at, work.second.data() + at, loads);
+    if (!block.records) continue;
+    batch = batches;
+    for (Index at = from; at < to; at += together, ++batch)
+      write_down(step, batch->bodies, batch->answer, block.record.data(), work.slot.data() + at, to - at < together ? to - at : together);
+  }
+  sums.flush(block.sums);
+  block.sums.pair_contacts += active;
+}
+
 // Eight entries of an active list; a short last batch repeats its last contact in the lanes beyond `count`. Those lanes
-// write to a scratch row of memory, so that a repeated contact is never advanced twice.
+// write to the scratch row of memory, so that a repeated contact is never advanced twice.
 struct Batch {
   alignas(32) Index i[lanes], j[lanes], slot[lanes];
   int count;
-  QUERN_INLINE Batch(const ActiveList& list, Index at, Index scratch) : count(list.size() - at < lanes ? list.size() - at : lanes) {
+  QUERN_INLINE Batch(const ActiveList& list, Index at) : count(list.size() - at < lanes ? list.size() - at : lanes) {
     for (int k = 0; k < lanes; ++k) {
       const auto from = static_cast<std::size_t>(at + (k < count ? k : count - 1));
       i[k] = list.first[from];
       j[k] = list.second[from];
-      slot[k] = k < count ? list.slot[from] : scratch;
+      slot[k] = k < count ? list.slot[from] : 0;
     }
   }
 };
 
 template <class Law>
-void pair_forces_of(const StepContext& step, const Law& law, const Rolling& rolling, const ActiveList& list, ContactBlock& block) {
-  Particles& p = *step.particles;
-  const Space space(*step.domain);
-  const Index scratch = 0;
-  Sums sums;
-  for (Index at = 0; at < list.size(); at += lanes) {
-    const Batch batch(list, at, scratch);
-    const QuadPack xi = gather(p.position.data(), batch.i), xj = gather(p.position.data(), batch.j);
-    const QuadPack vi = gather(p.velocity.data(), batch.i), vj = gather(p.velocity.data(), batch.j);
-    const QuadPack wi = gather(p.spin.data(), batch.i), wj = gather(p.spin.data(), batch.j);
-    const PackTriple apart = space.nearest(xi.xyz() - xj.xyz());
-    const Pack one(1.0), distance = square_root(dot(apart, apart));
-    Bodies b;
-    b.normal = (one / distance) * apart;
-    const Pack overlap = xi.w + xj.w - distance;
-    const Pack arm_i = xi.w - Pack(0.5) * overlap, arm_j = xj.w - Pack(0.5) * overlap;
-    b.spin_difference = wi.xyz() - wj.xyz();
-    b.spin_sum = wi.xyz() + wj.xyz();
-    const PackTriple relative = vi.xyz() - vj.xyz() - cross(arm_i * wi.xyz() + arm_j * wj.xyz(), b.normal);
-    const Pack normal_velocity = dot(relative, b.normal);
-    b.approach = {greater(Pack(0.0), overlap),
-                  normal_velocity,
-                  relative - normal_velocity * b.normal,
-                  xi.w * xj.w / (xi.w + xj.w),
-                  vi.w * vj.w / (vi.w + vj.w),
-                  step.time_step,
-                  spring_lead(overlap, normal_velocity, step.time_step),
-                  step.ahead};
-    const Answer a = answer(law, rolling, b, block.memory.data(), batch.slot);
-    sums.add(a, first_lanes(batch.count));
-
-    const PackTriple twist = cross(b.normal, a.contact.tangential);
-    const PackTriple on_i = a.moment - arm_i * twist, on_j = (-arm_j) * twist - a.moment;
-    const Pack zero(0.0);
-    alignas(64) Quad force[lanes], back[lanes], torque_i[lanes], torque_j[lanes];
-    columns_to_rows({a.force.x, a.force.y, a.force.z, zero}, force);
-    columns_to_rows({-a.force.x, -a.force.y, -a.force.z, zero}, back);
-    columns_to_rows({on_i.x, on_i.y, on_i.z, zero}, torque_i);
-    columns_to_rows({on_j.x, on_j.y, on_j.z, zero}, torque_j);
-    for (int k = 0; k < batch.count; ++k) {
-      const Index i = batch.i[k], j = batch.j[k];
-      add_row(p.force[static_cast<std::size_t>(i)], force[k]);
-      add_row(p.torque[static_cast<std::size_t>(i)], torque_i[k]);
-      if (j < block.last) {
-        add_row(p.force[static_cast<std::size_t>(j)], back[k]);
-        add_row(p.torque[static_cast<std::size_t>(j)], torque_j[k]);
-      } else {
-        block.push_remote(static_cast<std::size_t>(j / step.block_size), {back[k], torque_j[k], j});
-      }
-    }
-    if (block.records) write_down(step, b, a, block.record.data(), batch.slot, batch.count);
-  }
-  sums.flush(block.sums);
-  block.sums.pair_contacts += list.size();
-}
-
-template <class Law>
 void wall_forces_of(const StepContext& step, const Law& law, const Rolling& rolling, const ActiveList& list, ContactBlock& block) {
-  Particles& p = *step.particles;
-  const Index scratch = 0;
+  const Particles& p = *step.particles;
+  const Springs springs(block);
   Sums sums;
   for (Index at = 0; at < list.size(); at += lanes) {
-    const Batch batch(list, at, scratch);
+    const Batch batch(list, at);
     const WallTouch* touch = block.wall_touches.data();
-    const QuadPack xi = gather(p.position.data(), batch.i), vi = gather(p.velocity.data(), batch.i), wi = gather(p.spin.data(), batch.i);
+    const auto rows_of_i = [&](const std::vector<Quad>& array) { return gather_rows([&](int k) { return &array[static_cast<std::size_t>(batch.i[k])].x; }); };
+    const QuadPack xi = rows_of_i(p.position), vi = rows_of_i(p.velocity), wi = rows_of_i(p.spin);
     const QuadPack normal = gather_rows([&](int k) { return &touch[batch.j[k]].normal.x; });
     const QuadPack wall_velocity = gather_rows([&](int k) { return &touch[batch.j[k]].velocity.x; });
     const QuadPack wall_spin = gather_rows([&](int k) { return &touch[batch.j[k]].spin.x; });
-    Bodies b;
+    Bodies<Pack> b;
     b.normal = normal.xyz();
     const Pack arm = xi.w - normal.w;
     b.spin_difference = wi.xyz() - wall_spin.xyz();
     b.spin_sum = wi.xyz() + wall_spin.xyz();
-    const PackTriple relative = vi.xyz() - wall_velocity.xyz() - cross(arm * wi.xyz(), b.normal);
-    const Pack normal_velocity = dot(relative, b.normal);
-    b.approach = {normal.w, normal_velocity, relative - normal_velocity * b.normal, xi.w, vi.w, step.time_step,
-                  spring_lead(normal.w, normal_velocity, step.time_step), step.ahead};
-    const Answer a = answer(law, rolling, b, block.memory.data(), batch.slot);
-    sums.add(a, first_lanes(batch.count));
+    b.relative_velocity = vi.xyz() - wall_velocity.xyz() - cross(arm * wi.xyz(), b.normal);
+    b.overlap = normal.w;
+    b.effective_radius = xi.w;
+    b.contact_radius = square_root(xi.w * normal.w);
+    b.effective_mass = vi.w;
+    b.inverse_mass = Pack(1.0) / vi.w;
+    Answer<Pack> a;
+    answer(step, law, rolling, b, springs, batch.slot, a);
+    sums.add(a, batch.count);
 
-    const PackTriple torque = a.moment - arm * cross(b.normal, a.contact.tangential);
+    const PackTriple torque = a.moment - arm * cross(b.normal, a.tangential);
     const Pack zero(0.0);
     alignas(64) Quad force[lanes], moment[lanes], torques[lanes];
-    columns_to_rows({a.force.x, a.force.y, a.force.z, zero}, force);
-    columns_to_rows({a.moment.x, a.moment.y, a.moment.z, zero}, moment);
-    columns_to_rows({torque.x, torque.y, torque.z, zero}, torques);
+    scatter_rows({a.force.x, a.force.y, a.force.z, zero}, [&](int k) { return &force[k].x; });
+    scatter_rows({a.moment.x, a.moment.y, a.moment.z, zero}, [&](int k) { return &moment[k].x; });
+    scatter_rows({torque.x, torque.y, torque.z, zero}, [&](int k) { return &torques[k].x; });
     for (int k = 0; k < batch.count; ++k) {
-      const auto i = static_cast<std::size_t>(batch.i[k]);
-      add_row(p.force[i], force[k]);
-      add_row(p.torque[i], torques[k]);
+      Load& sum = block.load[static_cast<std::size_t>(batch.i[k] - block.first)];
+      add_to(sum.force, force[k]);
+      add_to(sum.torque, torques[k]);
       const WallTouch& t = touch[batch.j[k]];
       WallSums& wall = block.wall_sums[static_cast<std::size_t>(t.point.w)];
       const Triple<double> f = xyz(force[k]), m = xyz(moment[k]);
@@ -284,18 +372,151 @@ void wall_forces_of(const StepContext& step, const Law& law, const Rolling& roll
   block.sums.wall_contacts += list.size();
 }
 
-void pair_forces(const StepContext& step, const PairLaw& pair, const ActiveList& list, ContactBlock& block) {
-  std::visit([&](const auto& law) { pair_forces_of(step, law, pair.rolling, list, block); }, pair.law);
+void pair_forces(const StepContext& step, const PairLaw& pair, CandidateList& list, ContactBlock& block, Workspace& work) {
+  find_touching(step, list, block, work);
+  std::visit([&](const auto& law) { pair_forces_of(step, law, pair.rolling, block, work); }, pair.law);
 }
 
 void wall_forces(const StepContext& step, const PairLaw& pair, const ActiveList& list, ContactBlock& block) {
   std::visit([&](const auto& law) { wall_forces_of(step, law, pair.rolling, list, block); }, pair.law);
 }
 
+void load_block(const StepContext& step, ContactBlock& block, Workspace& work) {
+  const Particles& p = *step.particles;
+  const auto first = static_cast<std::size_t>(block.first), own = static_cast<std::size_t>(block.size());
+  const std::size_t halo = block.halo.size();
+  std::memcpy(work.position.data(), p.position.data() + first, own * sizeof(Quad));
+  std::memcpy(work.velocity.data(), p.velocity.data() + first, own * sizeof(Quad));
+  std::memcpy(work.spin.data(), p.spin.data() + first, own * sizeof(Quad));
+  for (std::size_t k = 0; k < halo; ++k) {
+    const std::size_t ahead = static_cast<std::size_t>(block.halo[k + 8 < halo ? k + 8 : k].row);
+    __builtin_prefetch(p.position.data() + ahead);
+    __builtin_prefetch(p.velocity.data() + ahead);
+    __builtin_prefetch(p.spin.data() + ahead);
+    const auto [row, image] = block.halo[k];
+    Quad& x = work.position[own + k];
+    x = p.position[static_cast<std::size_t>(row)];
+    work.velocity[own + k] = p.velocity[static_cast<std::size_t>(row)];
+    work.spin[own + k] = p.spin[static_cast<std::size_t>(row)];
+    if (image != Domain::itself) {
+      const Triple<double> shift = step.domain->shift(image);
+      x.x += shift.x, x.y += shift.y, x.z += shift.z;
+    }
+  }
+  std::memset(static_cast<void*>(block.load.data()), 0, block.load.size() * sizeof(Load));
+}
+
+// Two particles to a register: lanes 3 and 7 are the companions and stay as they are.
+alignas(64) constexpr double moving[lanes] = {1, 1, 1, 0, 1, 1, 1, 0};
+
+double advance(Particles& p, Index first, Index last, double dt) {
+  const Pack mask = load(moving), step = Pack(dt) * mask, half = Pack(0.5 * dt);
+  double* x = &p.position[0].x;
+  double* v = &p.velocity[0].x;
+  double* w = &p.spin[0].x;
+  const double *a = &p.acceleration[0].x, *b = &p.angular_acceleration[0].x;
+  Pack largest(0.0), broken(0.0);
+  const auto move = [&](std::size_t at, auto get, auto put) {
+    const Pack va = get(v + at), aa = get(a + at);
+    const Pack moved = step * (va + half * aa);
+    put(x + at, get(x + at) + moved);
+    put(v + at, va + step * aa);
+    put(w + at, get(w + at) + step * get(b + at));
+    const Pack squared = sum_of_four(moved * moved);
+    largest = greater(largest, squared);
+    broken += squared - squared;
+  };
+  const auto end = 4 * static_cast<std::size_t>(last);
+  std::size_t at = 4 * static_cast<std::size_t>(first);
+  for (; at + lanes <= end; at += lanes) move(at, [](const double* from) { return load(from); }, [](double* to, const Pack& q) { store(to, q); });
+  if (at < end) move(at, [](const double* from) { return load_four(from); }, [](double* to, const Pack& q) { store_four(to, q); });
+  alignas(64) double squares[lanes];
+  store(squares, largest);
+  const double wrong = sum(broken);
+  const double most = quern::greater(squares[0], squares[4]);
+  return wrong == 0 && most < 1e300 ? std::sqrt(most) : NAN;
+}
+
+void correct(Particles& p, const ContactBlock& block, double dt, const Triple<double>& gravity) {
+  alignas(64) const double g[lanes] = {gravity.x, gravity.y, gravity.z, 0, gravity.x, gravity.y, gravity.z, 0};
+  const Pack mask = load(moving), half = Pack(0.5 * dt) * mask, field = load(g);
+  double* v = &p.velocity[0].x;
+  double* w = &p.spin[0].x;
+  double *a = &p.acceleration[0].x, *b = &p.angular_acceleration[0].x;
+  const double* loads = &block.load[0].force.x;
+  // Force and torque of a particle lie in one row: two rows of them make one of forces and one of torques.
+  const auto complete = [&](std::size_t at, const Pack& force, const Pack& torque, auto get, auto put) {
+    const Pack a_old = get(a + at), b_old = get(b + at);
+    const Pack a_new = force * companion(a_old) + field, b_new = torque * companion(b_old);
+    put(v + at, get(v + at) + half * (a_new - a_old));
+    put(w + at, get(w + at) + half * (b_new - b_old));
+    put(a + at, keep_companion(a_new, a_old));
+    put(b + at, keep_companion(b_new, b_old));
+  };
+  const auto begin = 4 * static_cast<std::size_t>(block.first), end = 4 * static_cast<std::size_t>(block.last);
+  std::size_t at = begin;
+  for (; at + lanes <= end; at += lanes) {
+    const double* row = loads + 2 * (at - begin);
+    complete(at, load_two_fours(row, row + 8), load_two_fours(row + 4, row + 12), [](const double* from) { return load(from); },
+             [](double* to, const Pack& q) { store(to, q); });
+  }
+  if (at < end) {
+    const double* row = loads + 2 * (at - begin);
+    complete(at, load_four(row), load_four(row + 4), [](const double* from) { return load_four(from); },
+             [](double* to, const Pack& q) { store_four(to, q); });
+  }
+}
+
+template <bool periodic>
+void find_near_in(const Domain& domain, const CellGrid& grid, const Quad& centre, double skin, Index i, Found& found) {
+  const double *x = grid.x.data(), *y = grid.y.data(), *z = grid.z.data(), *radius = grid.radius.data();
+  const Index* rows = grid.row.data();
+  const PackTriple period = {Pack(domain.period[0]), Pack(domain.period[1]), Pack(domain.period[2])};
+  const PackTriple inverse = {Pack(domain.inverse(0)), Pack(domain.inverse(1)), Pack(domain.inverse(2))};
+  const PackTriple here = {Pack(centre.x), Pack(centre.y), Pack(centre.z)};
+  const Pack base(centre.w + skin);
+  for_runs_near(grid, centre, centre.w + grid.largest_radius + skin, [&](Index from, Index to) {
+    if (found.row.size() < static_cast<std::size_t>(found.count + (to - from) + lanes)) found.reserve(to - from + lanes);
+    Index* row = found.row.data() + found.count;
+    Index* image = found.image.data() + found.count;
+    for (Index at = from; at < to; at += lanes) {
+      PackTriple apart = {here.x - load(x + at), here.y - load(y + at), here.z - load(z + at)};
+      PackTriple turns;
+      if (periodic) {
+        turns = {nearest_integer(apart.x * inverse.x), nearest_integer(apart.y * inverse.y), nearest_integer(apart.z * inverse.z)};
+        apart = {apart.x - period.x * turns.x, apart.y - period.y * turns.y, apart.z - period.z * turns.z};
+      }
+      const Pack reach = base + load(radius + at);
+      unsigned near = bits(dot(apart, apart) < reach * reach) & later(rows + at, i);
+      if (to - at < lanes) near &= (1u << (to - at)) - 1u;
+      pick(rows + at, near, row);
+      if (periodic) {
+        const Pack number = Pack(Domain::itself) + turns.x + Pack(3.0) * turns.y + Pack(9.0) * turns.z;
+        alignas(64) Index numbers[lanes];
+        store_integers(numbers, number);
+        pick(numbers, near, image);
+      } else {
+        for (int k = 0; k < lanes; ++k) image[k] = Domain::itself;
+      }
+      const int count = __builtin_popcount(near);
+      row += count;
+      image += count;
+    }
+    found.count = static_cast<Index>(row - found.row.data());
+  });
+}
+
+void find_near(const Domain& domain, const CellGrid& grid, const Quad& centre, double skin, Index i, Found& found) {
+  if (domain.periodic())
+    find_near_in<true>(domain, grid, centre, skin, i, found);
+  else
+    find_near_in<false>(domain, grid, centre, skin, i, found);
+}
+
 }  // namespace
 
 #define QUERN_TEXT(x) #x
 #define QUERN_NAME(x) QUERN_TEXT(x)
-const Kernels kernels{QUERN_NAME(QUERN_ISA), find_touching, pair_forces, wall_forces};
+const Kernels kernels{QUERN_NAME(QUERN_ISA), advance, correct, load_block, pair_forces, wall_forces, find_near};
 
 }  // namespace quern::QUERN_ISA

@@ -6,7 +6,7 @@ namespace quern {
 namespace {
 
 ContactForce<double> force_at(const ContactLaw& law, double overlap, double closing_speed, double radius, double mass) {
-  const Approach<double> approach{overlap, -closing_speed, {0, 0, 0}, radius, mass, 0.0, 0.0, 0.0};
+  const Approach<double> approach = head_on(overlap, -closing_speed, radius, mass);
   return std::visit(
       [&](const auto& chosen) {
         TangentialSpring<double> spring{};

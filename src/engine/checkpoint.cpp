@@ -11,12 +11,13 @@
 #include <sstream>
 #include "src/base/archive.hpp"
 #include "src/base/error.hpp"
+#include "src/contact/candidates.hpp"
 
 namespace quern {
 namespace {
 
 constexpr char magic[8] = {'q', 'u', 'e', 'r', 'n', 'c', 'k', 'p'};
-constexpr std::uint32_t version = 1;
+constexpr std::uint32_t version = 2;
 
 struct Header {
   char magic[8];
@@ -33,18 +34,18 @@ std::uint32_t checksum_of(const std::string& bytes) {
 
 template <class Archive>
 void archive_block(Archive& a, ContactBlock& b) {
-  a(b.first, b.last, b.row_start, b.neighbour, b.slot, b.wall_candidates, b.triangles, b.wall_slots, b.wall_normals, b.memory, b.record,
-    b.free_slots, b.records);
+  a(b.first, b.last, b.candidates, b.halo, b.wall_candidates, b.triangles, b.wall_slots, b.wall_normals, b.sliding, b.rolling, b.record,
+    b.free_slots, b.rolls, b.records);
 }
 
 template <class Archive>
 void archive_contacts(Archive& a, Contacts& c) {
-  a(c.block_size, c.records, c.skin, c.travelled, c.wall_travelled, c.searches, c.steps_since_search, c.ended, c.sums, c.wall_sums);
+  a(c.block_size, c.records, c.rolls, c.skin, c.motion, c.travelled, c.wall_travelled, c.searches, c.steps_since_search, c.ended, c.sums, c.wall_sums);
 }
 
 template <class Archive>
 void archive_particles(Archive& a, Particles& p) {
-  a(p.position, p.velocity, p.spin, p.acceleration, p.angular_acceleration, p.force, p.torque, p.material, p.species, p.id, p.owned);
+  a(p.position, p.velocity, p.spin, p.acceleration, p.angular_acceleration, p.material, p.species, p.id, p.owned);
 }
 
 void require(bool good, const std::string& path, const char* what) {
@@ -110,11 +111,11 @@ void unpack_state(const std::string& bytes, Simulation& s) {
   s.contacts.blocks.assign(static_cast<std::size_t>(blocks), {});
   for (ContactBlock& block : s.contacts.blocks) {
     archive_block(a, block);
-    block.pairs.resize(s.pair_laws.size());
+    block.load.resize(static_cast<std::size_t>(block.size()) + block.halo.size() + 2);
     block.walls.resize(s.pair_laws.size());
-    block.remote.resize(static_cast<std::size_t>(blocks));
     block.wall_sums.resize(s.walls.size());
   }
+  link_halos(s.contacts.blocks, s.contacts.block_size);
   for (Wall& wall : s.walls) a(wall.force, wall.torque);
   if (!a.at_end()) throw InputError("the checkpoint holds more than this case expects");
   s.move_walls();

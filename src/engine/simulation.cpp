@@ -5,7 +5,7 @@
 #include <mutex>
 #include <fmt/format.h>
 #include "src/base/error.hpp"
-#include "src/engine/integrate.hpp"
+#include "src/contact/workspace.hpp"
 
 namespace quern {
 namespace {
@@ -34,7 +34,7 @@ void advance_particles(Simulation& s) {
   std::vector<double> moved(s.contacts.blocks.size());
   s.team->run(static_cast<int>(moved.size()), [&](int b) {
     const ContactBlock& block = s.contacts.blocks[static_cast<std::size_t>(b)];
-    moved[static_cast<std::size_t>(b)] = advance(s.particles, block.first, block.last, s.clock.time_step);
+    moved[static_cast<std::size_t>(b)] = s.kernels->advance(s.particles, block.first, block.last, s.clock.time_step);
   });
   double largest = 0;
   for (double m : moved) {
@@ -46,35 +46,42 @@ void advance_particles(Simulation& s) {
 }
 
 void search(Simulation& s) {
-  const Triple<double> moved = search_neighbours(s.contacts, s.particles, s.domain, s.pair_laws.size(), s.walls.size(), *s.team);
+  const Triple<double> moved = search_neighbours(s.contacts, s.particles, s.domain, {s.pair_kind.data(), static_cast<Index>(s.materials.size()), s.pair_laws.size()},
+                                                 s.walls.size(), *s.kernels, *s.team);
   s.ledger.field_work -= s.gravity.dot(vec(moved));
   s.team->run(static_cast<int>(s.contacts.blocks.size()),
               [&](int b) { find_wall_candidates(s.walls, s.particles, s.contacts.skin, s.contacts.blocks[static_cast<std::size_t>(b)]); });
 }
 
 void find_forces(Simulation& s, const StepContext& context, ContactBlock& block) {
+  thread_local Workspace work;  // scratch memory that outlives a call
   block.sums = {};
   block.collisions.clear();
   std::fill(block.wall_sums.begin(), block.wall_sums.end(), WallSums{});
-  for (std::vector<Remote>& list : block.remote) list.clear();
-  s.kernels->find_touching(context, block);
+  work.fit(block);
+  s.kernels->load_block(context, block, work);
   find_wall_touches(context, s.walls, block);
   for (std::size_t kind = 0; kind < s.pair_laws.size(); ++kind) {
-    s.kernels->pair_forces(context, s.pair_laws[kind], block.pairs[kind], block);
+    s.kernels->pair_forces(context, s.pair_laws[kind], block.candidates[kind], block, work);
     s.kernels->wall_forces(context, s.pair_laws[kind], block.walls[kind], block);
   }
 }
 
-// Adds what earlier blocks hold for a block's particles, in the order of the blocks, then completes their velocities.
+void add(Quad& to, const Quad& what) { to.x += what.x, to.y += what.y, to.z += what.z; }
+
+// Adds what the halos of blocks hold for a block's particles, in the order of the blocks, then completes their velocities.
 void finish_block(Simulation& s, std::size_t mine, double time_step) {
-  for (std::size_t other = 0; other < mine; ++other)
-    for (const Remote& r : s.contacts.blocks[other].remote[mine]) {
-      Quad &force = s.particles.force[at(r.particle)], &torque = s.particles.torque[at(r.particle)];
-      force = {force.x + r.force.x, force.y + r.force.y, force.z + r.force.z, 0};
-      torque = {torque.x + r.torque.x, torque.y + r.torque.y, torque.z + r.torque.z, 0};
+  ContactBlock& block = s.contacts.blocks[mine];
+  for (const Incoming& run : block.incoming) {
+    const ContactBlock& other = s.contacts.blocks[at(run.block)];
+    const Load* halo_load = other.load.data() + other.size();
+    for (std::size_t k = at(run.from); k < at(run.to); ++k) {
+      Load& load = block.load[at(other.halo[k].row - block.first)];
+      add(load.force, halo_load[k].force);
+      add(load.torque, halo_load[k].torque);
     }
-  const ContactBlock& block = s.contacts.blocks[mine];
-  correct(s.particles, block.first, block.last, time_step, triple(s.gravity));
+  }
+  s.kernels->correct(s.particles, block, time_step, triple(s.gravity));
 }
 
 // Forces on all particles, then their velocities. Pairs look forward only, so once a block and all before it have their forces
@@ -136,20 +143,20 @@ void Simulation::move_walls() {
 }
 
 StepContext Simulation::context() const {
-  return {const_cast<Particles*>(&particles), &domain, pair_kind.data(), static_cast<Index>(materials.size()), contacts.block_size, clock.time_step, 0.5 * clock.time_step, clock.time()};
+  return {const_cast<Particles*>(&particles), &domain,          pair_kind.data(), static_cast<Index>(materials.size()),         contacts.block_size,
+          clock.time_step,                    0.5 * clock.time_step, clock.time(),     contacts.travelled + contacts.wall_travelled};
 }
 
 void Simulation::start(bool record_collisions) {
   contacts = {};
   contacts.records = record_collisions;
+  for (const PairLaw& pair : pair_laws) contacts.rolls |= pair.rolling.model != RollingModel::none;
   move_walls();
   extent_of_particles = extent_of(particles);
   search(*this);
   // Forces where everything stands, without moving anything: the accelerations that the first step begins with.
   StepContext standing = context();
   standing.time_step = 0;
-  std::fill(particles.force.begin(), particles.force.end(), Quad{});
-  std::fill(particles.torque.begin(), particles.torque.end(), Quad{});
   apply_contacts(*this, standing);
   ledger = {};
   gather_sums(*this);
@@ -207,9 +214,7 @@ std::vector<Collision> Simulation::lasting_collisions() const {
     ContactBlock scratch;  // end_collision reads the records and writes only `collisions`
     scratch.records = block.records;
     scratch.record = block.record;
-    for (Index i = block.first; i < block.last; ++i)
-      for (Index k = block.row_start[at(i - block.first)]; k < block.row_start[at(i - block.first) + 1]; ++k)
-        if (block.slot[at(k)] >= 0) end_collision(now, scratch, i, block.neighbour[at(k)], -1, block.slot[at(k)], true);
+    for_touching_pairs(block, [&](Index i, Index j, Index slot) { end_collision(now, scratch, i, j, -1, slot, true); });
     for (const WallCandidate& c : block.wall_candidates)
       for (Index k = 0; k < c.touches; ++k) end_collision(now, scratch, c.particle, 0, c.wall, block.wall_slots[at(c.first_slot + k)], true);
     lasting.insert(lasting.end(), scratch.collisions.begin(), scratch.collisions.end());

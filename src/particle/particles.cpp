@@ -8,10 +8,8 @@ Index Particles::add_sphere(const Triple<double>& centre, double r, double densi
   position.push_back({centre.x, centre.y, centre.z, r});
   velocity.push_back({0, 0, 0, m});
   spin.push_back({0, 0, 0, 0.4 * m * r * r});
-  acceleration.emplace_back();
-  angular_acceleration.emplace_back();
-  force.emplace_back();
-  torque.emplace_back();
+  acceleration.push_back({0, 0, 0, 1 / m});
+  angular_acceleration.push_back({0, 0, 0, 1 / (0.4 * m * r * r)});
   material.push_back(material_index);
   species.push_back(species_index);
   id.push_back(size() - 1);
@@ -28,8 +26,6 @@ void Particles::reorder(const std::vector<Index>& order) {
   permute(spin);
   permute(acceleration);
   permute(angular_acceleration);
-  permute(force);
-  permute(torque);
   permute(material);
   permute(species);
   permute(id);

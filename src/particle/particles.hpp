@@ -9,12 +9,10 @@ namespace quern {
 // Rows [0, owned) move; rows from `owned` on are ghosts: copies of particles that someone else moves.
 struct Particles {
   std::vector<Quad> position;              // x [m], companion: radius [m]
-  std::vector<Quad> velocity;              // v [m/s], companion: mass [kg]. During the force evaluation: predicted (see engine/integrate.hpp)
+  std::vector<Quad> velocity;              // v [m/s], companion: mass [kg]. During the force evaluation: predicted (see contact/kernels.hpp)
   std::vector<Quad> spin;                  // ω [rad/s], companion: moment of inertia [kg m²]
-  std::vector<Quad> acceleration;          // of the last force evaluation [m/s²]
-  std::vector<Quad> angular_acceleration;  // [rad/s²]
-  std::vector<Quad> force;                 // [N], summed during the step
-  std::vector<Quad> torque;                // [N m]
+  std::vector<Quad> acceleration;          // of the last force evaluation [m/s²], companion: 1/mass [1/kg]
+  std::vector<Quad> angular_acceleration;  // [rad/s²], companion: 1/moment of inertia [1/(kg m²)]
   std::vector<std::uint8_t> material;      // index into the materials
   std::vector<std::uint8_t> species;       // index into the species
   std::vector<Index> id;                   // stable name: order of insertion

@@ -201,17 +201,24 @@ void triangles_near(const Mesh& mesh, const Vec3& point, double reach, std::vect
   std::sort(found.begin() + static_cast<std::ptrdiff_t>(before), found.end());
 }
 
-int touch_triangles(const Mesh& mesh, const Index* first, const Index* last, const Vec3& centre, double radius, Touch* touches) {
+int touch_triangles(const Mesh& mesh, const Index* first, const Index* last, const Vec3& centre, double radius, Touch* touches, double* gap) {
   // Closest points of neighbours that differ by rounding alone are told apart by their part of the triangle.
   const double shade = 1e-12 * radius + 1e-15 * centre.lpNorm<1>();
   boost::container::small_vector<Candidate, 32> near;
+  double nearest = std::numeric_limits<double>::infinity();
   for (const Index* t = first; t != last; ++t) {
     const Facet& f = mesh.facets[static_cast<std::size_t>(*t)];
-    if (std::abs(f.normal.dot(centre - f.corner[0])) >= radius) continue;
+    const double from_plane = std::abs(f.normal.dot(centre - f.corner[0]));
+    if (from_plane >= radius) {
+      nearest = std::min(nearest, from_plane);
+      continue;
+    }
     const Closest at = closest(f, centre);
-    const double distance = at.part == Part::face ? std::abs(f.normal.dot(centre - f.corner[0])) : (centre - at.point).norm();
+    const double distance = at.part == Part::face ? from_plane : (centre - at.point).norm();
+    nearest = std::min(nearest, distance);
     if (distance < radius) near.push_back({at, distance, distance + shade * static_cast<int>(at.part), *t});
   }
+  if (gap) *gap = nearest - radius;
   if (near.size() > 1)
     std::sort(near.begin(), near.end(),
               [](const Candidate& a, const Candidate& b) { return a.order != b.order ? a.order < b.order : a.triangle < b.triangle; });

@@ -45,7 +45,8 @@ inline constexpr int most_touches = 8;
 // The touches of a sphere with the triangles listed (ascending; all those within `radius` of the centre must be there): the local
 // minima of the distance from its centre to their union that are nearer than `radius`, at most `most_touches`, nearest first.
 // Minima whose normals differ by less than a degree count as one, the nearest: a plane whose vertices were rounded to
-// floats stays a plane, a drum cut into 360 facets or more a drum. Returns their number.
-int touch_triangles(const Mesh& mesh, const Index* first, const Index* last, const Vec3& centre, double radius, Touch* touches);
+// floats stays a plane, a drum cut into 360 facets or more a drum. Returns their number. `gap`: how much farther than `radius` all of
+// them are at least, where there is no touch.
+int touch_triangles(const Mesh& mesh, const Index* first, const Index* last, const Vec3& centre, double radius, Touch* touches, double* gap = nullptr);
 
 }  // namespace quern

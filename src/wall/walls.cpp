@@ -7,16 +7,17 @@
 namespace quern {
 namespace {
 
-// The touch of a smooth surface in its own axes; false when it is farther than `radius`. A sphere wholly behind a sheet with one
-// free side does not touch it; a plane has nothing but solid behind.
-bool touch_smooth(const Surface& surface, const Vec3& local, double radius, Touch& touch) {
+// The touch of a smooth surface in its own axes; false when there is a gap between it and the sphere of that radius. A sphere wholly
+// behind a sheet with one free side does not touch it; a plane has nothing but solid behind.
+bool touch_smooth(const Surface& surface, const Vec3& local, double radius, Touch& touch, double& gap) {
   if (const Plane* plane = std::get_if<Plane>(&surface)) {
-    if (local.z() >= radius) return false;
-    touch = plane->touch(local);
-    return true;
+    gap = local.z() - radius;
+    if (gap < 0) touch = plane->touch(local);
+  } else {
+    touch = std::get_if<Revolved>(&surface)->touch(local);
+    gap = std::abs(touch.distance) - radius;
   }
-  touch = std::get_if<Revolved>(&surface)->touch(local);
-  return std::abs(touch.distance) < radius;
+  return gap < 0;
 }
 
 void into_fixed_frame(const Pose& pose, Touch* touches, int count) {
@@ -26,15 +27,15 @@ void into_fixed_frame(const Pose& pose, Touch* touches, int count) {
   }
 }
 
-// The touches of a candidate now, in the fixed frame.
-int touch_candidate(const Wall& wall, const WallCandidate& candidate, const ContactBlock& block, const Quad& position, Touch* touches) {
+// The touches of a candidate now, in the fixed frame; the gap if there are none.
+int touch_candidate(const Wall& wall, const WallCandidate& candidate, const ContactBlock& block, const Quad& position, Touch* touches, double& gap) {
   const Vec3 local = wall.pose.to_local(vec(position));
   int count = 0;
   if (const Mesh* mesh = std::get_if<Mesh>(&wall.surface)) {
     const Index* triangles = block.triangles.data();
-    count = touch_triangles(*mesh, triangles + candidate.first_triangle, triangles + candidate.last_triangle, local, position.w, touches);
+    count = touch_triangles(*mesh, triangles + candidate.first_triangle, triangles + candidate.last_triangle, local, position.w, touches, &gap);
   } else {
-    count = touch_smooth(wall.surface, local, position.w, touches[0]) ? 1 : 0;
+    count = touch_smooth(wall.surface, local, position.w, touches[0], gap) ? 1 : 0;
   }
   into_fixed_frame(wall.pose, touches, count);
   return count;
@@ -94,7 +95,8 @@ int touch_wall(const Wall& wall, const Vec3& centre, double radius, Touch* touch
     triangles_near(*mesh, local, radius, triangles);
     count = touch_triangles(*mesh, triangles.data(), triangles.data() + triangles.size(), local, radius, touches);
   } else {
-    count = touch_smooth(wall.surface, local, radius, touches[0]) ? 1 : 0;
+    double gap = 0;
+    count = touch_smooth(wall.surface, local, radius, touches[0], gap) ? 1 : 0;
   }
   into_fixed_frame(wall.pose, touches, count);
   return count;
@@ -139,11 +141,12 @@ void find_wall_candidates(const std::vector<Wall>& walls, const Particles& parti
         near = static_cast<Index>(block.triangles.size()) > triangles_before;
       } else {
         Touch touch;
-        near = touch_smooth(wall.surface, local, reach, touch);
+        double gap = 0;
+        near = touch_smooth(wall.surface, local, reach, touch, gap);
       }
       const bool touched = old != touching.end() && old->particle == i && old->wall == w;
       if (!near && !touched) continue;
-      WallCandidate candidate{i, w, triangles_before, static_cast<Index>(block.triangles.size()), -1, 0};
+      WallCandidate candidate{i, w, triangles_before, static_cast<Index>(block.triangles.size()), -1, 0, 0.0};
       if (touched) {
         candidate.first_slot = static_cast<Index>(block.wall_slots.size());
         candidate.touches = old->touches;
@@ -166,10 +169,15 @@ void find_wall_touches(const StepContext& step, const std::vector<Wall>& walls, 
   Touch touches[most_touches];
   Index slots[most_touches];
   for (WallCandidate& candidate : block.wall_candidates) {
+    if (candidate.touches == 0 && step.path < candidate.asleep_until) continue;
     const Wall& wall = walls[static_cast<std::size_t>(candidate.wall)];
     const auto i = static_cast<std::size_t>(candidate.particle);
-    const int count = touch_candidate(wall, candidate, block, particles.position[i], touches);
-    if (count == 0 && candidate.touches == 0) continue;
+    double gap = 0;
+    const int count = touch_candidate(wall, candidate, block, particles.position[i], touches, gap);
+    if (count == 0) {
+      candidate.asleep_until = step.path + (1 - 1e-9) * gap;
+      if (candidate.touches == 0) continue;
+    }
 
     if (candidate.touches > 0) {
       const auto first_old = static_cast<std::size_t>(candidate.first_slot);

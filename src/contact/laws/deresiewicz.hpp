@@ -17,20 +17,20 @@ struct Deresiewicz {
   QUERN_INLINE ContactForce<T> operator()(const Approach<T>& a, TangentialSpring<T>& spring) const {
     ContactForce<T> force{};
     const T tiny(1e-300), one(1.0), dt(a.time_step);
-    const T contact_radius = square_root(a.effective_radius * a.overlap);
-    const T elastic = T(4.0 / 3.0 * effective_young) * contact_radius * a.overlap;
-    push(a, elastic, T(2 * effective_young) * contact_radius, T(damping_modulus) * contact_radius, force);
+    const T elastic = T(4.0 / 3.0 * effective_young) * a.contact_radius * a.overlap;
+    push(a, elastic, T(2 * effective_young) * a.contact_radius, T(damping_modulus) * a.contact_radius, force);
 
     // Where the overlap grew, the stretch shrinks until the stiffer contact gives the force it gave before: no energy is made.
     const T slip_now = greater(T(slip_ratio) * a.overlap, tiny);
-    const T grown = lesser(one, earlier_overlap(a) / greater(a.overlap, tiny));
-    const T before = length(spring.stretch);
+    const T grown = a.earlier;
+    const Triple<T> carried = square_root(spring.restoring) * spring.stretch;
+    const T before = length(carried);
     const T used_before = lesser(one, before / greater(slip_now * grown, tiny));
     const T mobilized = (one - power(one - used_before, 1.5)) * grown * square_root(grown);
     const T shortened = slip_now * (one - power(one - mobilized, 2.0 / 3.0));
     const T shrink = select(before > tiny, lesser(one, shortened / greater(before, tiny)), one);
 
-    const Triple<T> stretch = shrink * spring.stretch + a.lead * a.tangential_velocity;
+    const Triple<T> stretch = shrink * carried + a.lead * a.tangential_velocity;
     const T size = length(stretch);
     const T used = lesser(one, size / slip_now);
     const T rest = one - used;
@@ -43,7 +43,7 @@ struct Deresiewicz {
     const T energy = limit * slip_now * (used - T(0.4) * (one - rest * rest * rest_root));
     force.tangential_loss = spring.energy - energy - dt * dot(force.tangential, a.tangential_velocity);
     spring = {kept + T(a.ahead) * a.tangential_velocity, energy};
-    force.stiffening = square_root(grown);
+    force.stiffening = grown;
     force.elastic_energy = T(0.4) * elastic * a.overlap + spring.energy;
     return force;
   }

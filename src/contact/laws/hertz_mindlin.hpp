@@ -16,13 +16,12 @@ struct HertzMindlin {
   template <class T>
   QUERN_INLINE ContactForce<T> operator()(const Approach<T>& a, TangentialSpring<T>& spring) const {
     ContactForce<T> force{};
-    const T contact_radius = square_root(a.effective_radius * a.overlap);
-    const T normal_stiffness = T(2 * effective_young) * contact_radius;
-    const T tangential_stiffness = T(8 * effective_shear) * contact_radius;
+    const T normal_stiffness = T(2 * effective_young) * a.contact_radius;
+    const T tangential_stiffness = T(8 * effective_shear) * a.contact_radius;
     const T elastic = T(2.0 / 3.0) * normal_stiffness * a.overlap;
-    const T root = T(2 * std::sqrt(5.0 / 6.0) * damping_ratio) * square_root(contact_radius * a.effective_mass);
+    const T root = T(2 * std::sqrt(5.0 / 6.0) * damping_ratio) * square_root(a.contact_radius * a.effective_mass);
     push(a, elastic, normal_stiffness, T(std::sqrt(2 * effective_young)) * root, force);
-    force.stiffening = square_root(earlier_overlap(a) / greater(a.overlap, T(1e-300)));
+    force.stiffening = a.earlier;
     const HeldForce<T> held = hold(a, a.tangential_velocity, tangential_stiffness, force.stiffening,
                                    T(std::sqrt(8 * effective_shear)) * root, T(friction) * force.normal, spring);
     force.tangential = held.force;

@@ -26,7 +26,7 @@ struct PowerLaw {
              normal_damping * square_root(T(tangential_stiffness) / greater(tangent, T(1e-300))), T(friction) * force.normal, spring);
     force.tangential = held.force;
     force.tangential_loss = held.loss;
-    force.stiffening = power(earlier_overlap(a) / greater(a.overlap, T(1e-300)), stiffness_exponent - 1);
+    force.stiffening = power(a.earlier, 2 * (stiffness_exponent - 1));
     force.elastic_energy = elastic * a.overlap / T(stiffness_exponent + 1) + spring.energy;
     return force;
   }

@@ -1,0 +1,32 @@
+// The candidate pairs of one block: who may touch whom before the next search.
+#pragma once
+#include "src/contact/cell_grid.hpp"
+#include "src/contact/kernels.hpp"
+
+namespace quern {
+
+// A pair that touches and keeps its memory through a search.
+struct KeptContact {
+  Index first, second, slot;  // rows of the particle arrays, first < second; slot of the memory
+};
+
+// The touching pairs of a block, in ascending order of `first`.
+std::vector<KeptContact> kept_contacts(const ContactBlock& block);
+
+struct SearchRequest {
+  const Particles* particles;
+  const Domain* domain;
+  const std::vector<CellGrid>* grids;
+  const std::uint8_t* pair_kind;  // as in StepContext
+  Index material_count, block_size;
+  double skin;                    // [m]
+  const Kernels* kernels;
+};
+
+// Fills block.candidates and block.halo with all pairs nearer than touching by the skin; `kept` pairs take their slots along.
+void find_candidates(const SearchRequest& request, const std::vector<KeptContact>& kept, ContactBlock& block);
+
+// Tells each block which halos hold particles of it.
+void link_halos(std::vector<ContactBlock>& blocks, Index block_size);
+
+}  // namespace quern
