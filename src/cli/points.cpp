@@ -24,11 +24,15 @@ namespace fs = std::filesystem;
 
 std::string mark_of(const Point& point) { return point.directory + "/finished.toml"; }
 
-std::string words_of(const Point& point) { return point.overrides.empty() ? point.file : fmt::format("{}", fmt::join(point.overrides, " ")); }
+std::string words_of(const Point& point) {
+  if (!point.label.empty()) return point.label;
+  return point.overrides.empty() ? point.file : fmt::format("{}", fmt::join(point.overrides, " "));
+}
 
 void start(Point& point, int threads) {
   fs::create_directories(point.directory);
-  std::vector<std::string> arguments = {"quern", "run", point.file, "--out", point.directory, "--threads", std::to_string(threads), "--quiet"};
+  std::vector<std::string> arguments = {"quern", "run", point.file, "--out", point.directory, "--quiet"};
+  if (threads > 0) arguments.insert(arguments.end(), {"--threads", std::to_string(threads)});
   for (const std::string& one : point.overrides) arguments.push_back("--set=" + one);
   std::vector<char*> pointers;
   for (std::string& argument : arguments) pointers.push_back(argument.data());
@@ -80,11 +84,11 @@ std::size_t keep_finished(std::vector<Point>& points) {
   return kept;
 }
 
-int run_points(std::vector<Point>& points, int wanted, const std::function<void()>& after) {
+int run_points(std::vector<Point>& points, int wanted, const std::function<void()>& after, std::optional<int> given) {
   const std::atomic<int>* stop = watch_stop_signals();
   const auto jobs = static_cast<std::size_t>(wanted > 0 ? wanted : std::max(1, static_cast<int>(std::thread::hardware_concurrency())));
   const auto waiting = static_cast<std::size_t>(std::count_if(points.begin(), points.end(), [](const Point& point) { return !point.finished; }));
-  const int threads = std::max(1, static_cast<int>(jobs / std::max<std::size_t>(1, waiting)));
+  const int threads = given.value_or(std::max(1, static_cast<int>(jobs / std::max<std::size_t>(1, waiting))));
   std::vector<Point*> running;
   std::size_t next = 0, done = points.size() - waiting, failed = 0;
   bool told = false;
