@@ -20,9 +20,9 @@ bool listed(const std::string& key, std::initializer_list<const char*> keys) {
   return std::any_of(keys.begin(), keys.end(), [&](const char* one) { return key == one; });
 }
 
-// Of the run, not of what is simulated.
+// Not of the run itself, nor the power once more as a check on itself.
 bool is_outcome(const std::string& key) {
-  return !listed(key, {"time_step", "simulated_time", "particle_count", "energy_closure", "particle_steps_per_second", "wall_clock", "steady_from", "power_agreement"});
+  return !listed(key, {"time_step", "simulated_time", "particle_count", "energy_closure", "particle_steps_per_second", "wall_clock", "steady_from", "power_agreement", "power_ledger", "power_walls"});
 }
 
 bool moves_by_nature(const std::string& key) {
@@ -291,7 +291,7 @@ void compare(SoftReport& report, const std::string& as_is, const std::string& so
 
 std::string softening_sentence(const SoftReport& report) {
   const double longer = report.softer.time_step / report.as_is.time_step;
-  std::string text = fmt::format("With contacts {:.3g} times as soft the time step may be {:.3g} times as long.", report.factor, longer);
+  std::string text = fmt::format("With contacts {:.6g} times as soft the time step may be {:.3g} times as long.", report.factor, longer);
   const auto add = [&](SoftVerdict verdict, const std::string& before, const std::string& names, const std::string& behind) {
     if (!rows_with(report, verdict).empty()) text += " " + before + names + behind + ".";
   };
@@ -307,7 +307,7 @@ std::string softening_sentence(const SoftReport& report) {
 }
 
 std::string softening_table(const SoftReport& report) {
-  std::string text = fmt::format("{:28} {:8} {:>20} {:>20} {:>18}\n", "output", "unit", "as it is", fmt::format("softer by {:.3g}", report.factor), "change");
+  std::string text = fmt::format("{:28} {:8} {:>20} {:>20} {:>18}\n", "output", "unit", "as it is", fmt::format("softer by {:.6g}", report.factor), "change");
   const auto padded = [](const std::string& words, std::size_t width) {  // by letters, not bytes
     const auto letters = static_cast<std::size_t>(std::count_if(words.begin(), words.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
     return std::string(letters < width ? width - letters : 0, ' ') + words;
