@@ -510,6 +510,37 @@ opens broken
 goes_on broken
 rm -rf broken
 
+# ---- sweeps
+
+sweep() {
+  "$quern" sweep case.toml --set pair.steel.steel.friction=0.3,0.4 --set duration="50 ms" --out sweep > words 2> error
+  status=$?
+}
+fault "no room for the table of a sweep"
+mkdir sweep
+ln -s /dev/full sweep/sweep.csv.part
+sweep
+says 1 'sweep/sweep.csv cannot be written: No space left'
+sweep
+[ "$status" -eq 0 ] && [ "$(wc -l < sweep/sweep.csv)" -eq 3 ] || wrong "the sweep does not go on"
+rm -rf sweep
+
+fault "a sweep is stopped"
+mkdir -p sweep
+mkfifo sweep/sweep.csv.part  # nobody reads: the sweep waits here after its first run
+"$quern" sweep case.toml --set pair.steel.steel.friction=0.3,0.4 --set duration="50 ms" -j 1 --out sweep > words 2> error &
+process=$!
+until grep -q 1/2 words; do sleep 0.01; done
+kill -TERM $process
+sleep 0.7
+kill -TERM $process
+finish
+says 143 'Stopped at once'
+rm sweep/sweep.csv.part
+sweep
+[ "$status" -eq 0 ] && grep -q '1 of 2 runs are finished already' words && [ "$(wc -l < sweep/sweep.csv)" -eq 3 ] || wrong "the sweep does not go on"
+rm -rf sweep
+
 # ---- what the system gives
 
 fault "too few open files"
