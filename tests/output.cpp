@@ -1,6 +1,7 @@
 // What a run writes: it must read back as it was, be whole at every moment, and be found where the documentation says.
 #include <hdf5.h>
 #include <signal.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 #include <algorithm>
@@ -212,6 +213,73 @@ TEST_CASE("a run killed in the middle of writing leaves a file that holds every 
   CHECK(read(path, "particles/balls/id/step").back() == 39);
   CHECK(read(path, "observables/energy/time").size() == 39);
   CHECK(read_text(path, "parameters/case") == "name = \"killed\"\n");
+}
+
+TEST_CASE("a writer killed at any moment leaves a file that goes on from its last whole state") {
+  const Scratch scratch;
+  const std::string path = scratch / "results.h5", text = "name = \"killed\"\n";
+  RandomStream random(3);
+  std::uint64_t frames = 0;
+  int begun[2];  // the writer tells through it that its first frame is written
+  REQUIRE(pipe(begun) == 0);
+  for (int round = 0; round < 40; ++round) {
+    const pid_t child = fork();
+    REQUIRE(child >= 0);
+    if (child == 0) {
+      Simulation s = drum(60);
+      ResultsFile file = frames == 0 ? ResultsFile(path, s, "", text) : ResultsFile::reopen(path, text, frames, 60);
+      Table energy = empty_ledger_table();
+      for (s.clock.step = static_cast<std::int64_t>(frames);; ++s.clock.step) {
+        append_row(energy, s.clock.time(), s.ledger);
+        file.append_rows(energy, energy.columns[0].values.size() - 1);
+        s.particles.position[0].x = static_cast<double>(s.clock.step);
+        file.append_frame(s);
+        if (s.clock.step == static_cast<std::int64_t>(frames) && ::write(begun[1], "x", 1) != 1) _exit(1);
+      }
+    }
+    char byte;
+    REQUIRE(::read(begun[0], &byte, 1) == 1);
+    usleep(static_cast<useconds_t>(5000 * random.uniform()));
+    kill(child, SIGKILL);
+    REQUIRE(waitpid(child, nullptr, 0) == child);
+    { const ResultsFile again = ResultsFile::reopen(path, text, 1, 60); }  // drops all but the first frame
+    frames = 1;
+    std::vector<hsize_t> extent;
+    const std::vector<double> position = read(path, "particles/balls/position/value", &extent);
+    REQUIRE(extent == std::vector<hsize_t>{1, 60, 3});
+    CHECK(position[0] == 0);
+    CHECK_FALSE(fs::exists(path + ".journal"));
+  }
+}
+
+TEST_CASE("what cannot be written leaves the results as they last were, and says which file and why") {
+  const Scratch scratch;
+  const std::string path = scratch / "results.h5";
+  const pid_t child = fork();
+  REQUIRE(child >= 0);
+  if (child == 0) {
+    Simulation s = drum(60);
+    signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{200000, 200000};
+    setrlimit(RLIMIT_FSIZE, &limit);
+    std::string said;
+    try {
+      ResultsFile file(path, s, "", "");
+      for (;; ++s.clock.step) file.append_frame(s);
+    } catch (const WriteError& error) {
+      said = error.what();
+    }
+    _exit(said == "The file " + path + " cannot be written: File too large." ? 0 : 1);
+  }
+  int status = 0;
+  REQUIRE(waitpid(child, &status, 0) == child);
+  CHECK((WIFEXITED(status) && WEXITSTATUS(status) == 0));
+  std::vector<hsize_t> extent;
+  const std::vector<double> position = read(path, "particles/balls/position/value", &extent), step = read(path, "particles/balls/id/step");
+  REQUIRE(extent[0] > 10);
+  CHECK(step.size() == extent[0]);
+  CHECK(step.back() == static_cast<double>(extent[0] - 1));
+  CHECK(std::none_of(position.begin(), position.end(), [](double x) { return std::isnan(x); }));
 }
 
 TEST_CASE("a run writes what the documentation promises, in the H5MD layout") {

@@ -94,6 +94,24 @@ TEST_CASE("one head-on collision stands in the spectrum with its energies") {
   }
   CHECK(rows == 3);
   CHECK(value(spectrum.headlines(0), "collision_rate") == Approx(1 / 3e-3).epsilon(1e-6));
+  CHECK(value(spectrum.headlines(0), "impact_energy_median") == Approx(impact).epsilon(0.26));  // a tenth of a decade
+}
+
+TEST_CASE("an elastic collision overlaps by v √(m*/k) and lasts π √(m*/k)") {
+  const double stiffness = 1e5, speed = 0.5, radius = 0.01;
+  Simulation s = scene::free_space(scene::glass(), scene::linear(stiffness, 1.0, 0.3), 1e-6);
+  scene::add_ball(s, {0, 0, 0}, 2 * radius, {speed, 0, 0});
+  scene::add_ball(s, {0.031, 0, 0}, radius, {-speed, 0, 0});
+  CollisionSpectrum spectrum;
+  s.start(true);
+  spectrum.see(s, {});
+  for (int k = 0; k < 3000; ++k) s.step(), spectrum.see(s, {});
+  spectrum.finish(s);
+  const double m1 = s.particles.mass(0), m2 = s.particles.mass(1), time = std::sqrt(m1 * m2 / (m1 + m2) / stiffness);
+  const std::vector<Headline> lines = spectrum.headlines(0);
+  CHECK(value(lines, "overlap_peak") == Approx(2 * speed * time / radius).epsilon(2e-3));
+  CHECK(value(lines, "contact_force_peak") == Approx(2 * speed * time * stiffness).epsilon(2e-3));
+  CHECK(value(lines, "contact_duration") == Approx(3.14159265 * time).epsilon(5e-3));
 }
 
 TEST_CASE("the spectrum holds every joule that the ledger counts as dissipated, from whatever moment it watches") {

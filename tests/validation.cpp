@@ -1,4 +1,5 @@
 // Checks of cases against their sources: what is measured from results, and what is refused.
+#include <unistd.h>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
@@ -13,7 +14,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Folder {
-  fs::path path = fs::temp_directory_path() / "quern_validation_test";
+  fs::path path = fs::temp_directory_path() / ("quern_validation_test_" + std::to_string(getpid()));
   Folder() { fs::remove_all(path), fs::create_directories(path); }
   ~Folder() { fs::remove_all(path); }
   void write(const std::string& file, const std::string& text) const {

@@ -15,4 +15,9 @@ struct RunError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// The run failed because something cannot be written: the disk is full, read-only, gone. A sentence that names the file and the cause.
+struct WriteError : RunError {
+  using RunError::RunError;
+};
+
 }  // namespace quern

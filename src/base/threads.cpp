@@ -1,4 +1,6 @@
 #include "src/base/threads.hpp"
+#include <system_error>
+#include <utility>
 
 namespace quern {
 namespace {
@@ -13,7 +15,12 @@ void spin_until(Condition&& done) {
 }  // namespace
 
 ThreadTeam::ThreadTeam(int threads) {
-  for (int k = 1; k < threads; ++k) workers_.emplace_back([this] { serve(); });
+  workers_.reserve(static_cast<std::size_t>(threads > 1 ? threads - 1 : 0));
+  try {
+    for (int k = 1; k < threads; ++k) workers_.emplace_back([this] { serve(); });
+  } catch (const std::system_error&) {
+    // The system gives no more of them: those that there are do the same work.
+  }
 }
 
 ThreadTeam::~ThreadTeam() {
@@ -33,10 +40,18 @@ void ThreadTeam::run_shared(int blocks, const std::function<void(int)>& work) {
   take_blocks();
   const int others = static_cast<int>(workers_.size());
   spin_until([&] { return idle_.load(std::memory_order_acquire) == others; });
+  if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
 }
 
 void ThreadTeam::take_blocks() {
-  for (int block; (block = next_block_.fetch_add(1, std::memory_order_relaxed)) < blocks_;) (*work_)(block);
+  for (int block; (block = next_block_.fetch_add(1, std::memory_order_relaxed)) < blocks_;) {
+    try {
+      (*work_)(block);
+    } catch (...) {
+      const std::lock_guard lock(error_guard_);
+      if (!error_ || block < error_block_) error_ = std::current_exception(), error_block_ = block;
+    }
+  }
 }
 
 void ThreadTeam::serve() {

@@ -2,7 +2,9 @@
 // and each block writes only what is its own, so that results do not depend on the number of threads.
 #pragma once
 #include <atomic>
+#include <exception>
 #include <functional>
+#include <mutex>
 #include <thread>
 #include <vector>
 
@@ -10,6 +12,7 @@ namespace quern {
 
 class ThreadTeam {
  public:
+  // Fewer where the system gives no more.
   explicit ThreadTeam(int threads = 1);
   ~ThreadTeam();
   ThreadTeam(const ThreadTeam&) = delete;
@@ -17,7 +20,8 @@ class ThreadTeam {
 
   int size() const { return static_cast<int>(workers_.size()) + 1; }
 
-  // Calls work(block) once for each block in [0, blocks) and returns when all are done.
+  // Calls work(block) once for each block in [0, blocks) and returns when all are done. Where blocks throw, throws what the first
+  // of them threw; the others may have been done or not.
   template <class Work>
   void run(int blocks, Work&& work) {
     if (workers_.empty() || blocks < 2) {
@@ -39,6 +43,9 @@ class ThreadTeam {
   std::atomic<int> idle_{0};
   std::atomic<std::uint32_t> round_{0};
   std::atomic<bool> stop_{false};
+  std::mutex error_guard_;
+  std::exception_ptr error_;
+  int error_block_ = 0;
 };
 
 }  // namespace quern

@@ -29,13 +29,13 @@ std::vector<std::string> cells_of(const std::string& line) {
 
 // The factor from a unit to the SI unit of the columns that cases use.
 double factor_of(const std::string& unit, const Units& units) {
-  for (const char* si : {"m", "m/s", "rad/s", "kg", "1"}) {
+  for (const char* si : {"m", "m/s", "rad/s", "kg", "s", "1"}) {
     try {
       return units.read("1 " + (unit.empty() ? std::string("1") : unit), si);
     } catch (const InputError&) {
     }
   }
-  throw InputError("the unit [" + unit + "] is not one of m, m/s, rad/s, kg or 1, nor a multiple of one");
+  throw InputError("the unit [" + unit + "] is not one of m, m/s, rad/s, kg, s or 1, nor a multiple of one");
 }
 
 }  // namespace

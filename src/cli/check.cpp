@@ -5,6 +5,7 @@
 #include <numbers>
 #include "src/case/build.hpp"
 #include "src/cli/commands.hpp"
+#include "src/cli/soften.hpp"
 #include "src/contact/restitution.hpp"
 
 namespace quern {
@@ -97,7 +98,16 @@ void add_check(CLI::App& program, Action& action) {
   command->add_option("CASE", words->file, "Case file (TOML)")->required();
   command->add_option("--set", words->overrides, "key=value, laid over the case; may be repeated");
   command->add_flag("--complete", words->complete, "Print the complete case with every default instead");
-  command->callback([words, &action] { action = [words] { return explain(*words); }; });
+  auto softer = std::make_shared<SoftenWords>();
+  CLI::Option* soften_by = command->add_option("--soften", softer->factor, "Run the case as it is and with contacts FACTOR times as soft (default 10), and tell which outputs move")
+                               ->type_name("FACTOR")->expected(0, 1)->default_str("10")->check(CLI::Range(1.1, 1e6));
+  command->add_option("--threads", softer->threads, "With --soften: number of threads; default: as many as pay")->check(CLI::Range(1, 1024))->needs(soften_by);
+  command->add_option("--out", softer->directory, "With --soften: directory of the runs; default out/<case name>_soften")->needs(soften_by);
+  command->callback([words, softer, soften_by, &action] {
+    softer->file = words->file, softer->overrides = words->overrides;
+    const bool asked = soften_by->count() > 0;
+    action = [words, softer, asked] { return asked ? soften(*softer) : explain(*words); };
+  });
 }
 
 }  // namespace quern

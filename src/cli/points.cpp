@@ -13,6 +13,8 @@
 #include <fstream>
 #include <thread>
 #include "src/base/error.hpp"
+#include "src/base/say.hpp"
+#include "src/base/whole_file.hpp"
 #include "src/cli/stop_signal.hpp"
 
 extern char** environ;
@@ -24,11 +26,15 @@ namespace fs = std::filesystem;
 
 std::string mark_of(const Point& point) { return point.directory + "/finished.toml"; }
 
-std::string words_of(const Point& point) { return point.overrides.empty() ? point.file : fmt::format("{}", fmt::join(point.overrides, " ")); }
+std::string words_of(const Point& point) {
+  if (!point.label.empty()) return point.label;
+  return point.overrides.empty() ? point.file : fmt::format("{}", fmt::join(point.overrides, " "));
+}
 
 void start(Point& point, int threads) {
   fs::create_directories(point.directory);
-  std::vector<std::string> arguments = {"quern", "run", point.file, "--out", point.directory, "--threads", std::to_string(threads), "--quiet"};
+  std::vector<std::string> arguments = {"quern", "run", point.file, "--out", point.directory, "--quiet"};
+  if (threads > 0) arguments.insert(arguments.end(), {"--threads", std::to_string(threads)});
   for (const std::string& one : point.overrides) arguments.push_back("--set=" + one);
   std::vector<char*> pointers;
   for (std::string& argument : arguments) pointers.push_back(argument.data());
@@ -43,6 +49,15 @@ void start(Point& point, int threads) {
   if (problem != 0) throw RunError(fmt::format("A run could not be started: {}.", std::strerror(problem)));
 }
 
+// No run outlives whoever waits for it, also where a table cannot be written.
+struct Ending {
+  const std::vector<Point*>& running;
+  ~Ending() {
+    for (const Point* point : running) kill(point->process, SIGTERM);
+    for (const Point* point : running) waitpid(point->process, nullptr, 0);
+  }
+};
+
 }  // namespace
 
 std::string content_of(const std::string& file) {
@@ -50,13 +65,7 @@ std::string content_of(const std::string& file) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-void write_aside(const std::string& file, const std::string& content) {
-  const fs::path aside = file + ".part";
-  std::ofstream(aside, std::ios::binary) << content;
-  std::error_code problem;
-  fs::rename(aside, file, problem);
-  if (problem) throw RunError(fmt::format("{} cannot be written: {}.", file, problem.message()));
-}
+void write_aside(const std::string& file, const std::string& content) { write_whole_file(file, content); }
 
 std::string folder_name(const std::vector<SweptKey>& swept, const std::vector<std::string>& overrides) {
   std::string name;
@@ -80,12 +89,14 @@ std::size_t keep_finished(std::vector<Point>& points) {
   return kept;
 }
 
-int run_points(std::vector<Point>& points, int wanted, const std::function<void()>& after) {
+int run_points(std::vector<Point>& points, int wanted, const std::function<void()>& after, std::optional<int> given) {
   const std::atomic<int>* stop = watch_stop_signals();
   const auto jobs = static_cast<std::size_t>(wanted > 0 ? wanted : std::max(1, static_cast<int>(std::thread::hardware_concurrency())));
-  const auto waiting = static_cast<std::size_t>(std::count_if(points.begin(), points.end(), [](const Point& point) { return !point.finished; }));
-  const int threads = std::max(1, static_cast<int>(jobs / std::max<std::size_t>(1, waiting)));
+  const auto waiting =
+      static_cast<std::size_t>(std::count_if(points.begin(), points.end(), [](const Point& point) { return !point.finished; }));
+  const int threads = given.value_or(std::max(1, static_cast<int>(jobs / std::max<std::size_t>(1, waiting))));
   std::vector<Point*> running;
+  const Ending ending{running};
   std::size_t next = 0, done = points.size() - waiting, failed = 0;
   bool told = false;
   while (!running.empty() || (next < points.size() && *stop == 0)) {
@@ -118,7 +129,7 @@ int run_points(std::vector<Point>& points, int wanted, const std::function<void(
         ++failed;
         std::string log = content_of(fs::path(point.directory) / "log.txt");
         while (!log.empty() && log.back() == '\n') log.pop_back();
-        fmt::print(stderr, "The run {} failed (exit status {}): {}\n", words_of(point), point.status, log.substr(log.rfind('\n') + 1));
+        say(fmt::format("The run {} failed (exit status {}): {}\n", words_of(point), point.status, log.substr(log.rfind('\n') + 1)));
       }
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(20));

@@ -1,7 +1,9 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <algorithm>
+#include <csignal>
 #include <memory>
+#include "src/base/say.hpp"
 #include "src/case/build.hpp"
 #include "src/case/mill_headlines.hpp"
 #include "src/cli/commands.hpp"
@@ -28,9 +30,11 @@ int useful_threads(Index particles) {
 }
 
 int run(const RunWords& words) {
+  leave_on_stop_signals();
+  std::signal(SIGPIPE, SIG_IGN);  // `quern run … | head`: whoever stops reading does not stop the run
   const Case c = read_case(words.file, words.overrides);
   Built built = build_case(c);
-  for (const std::string& warning : built.warnings) fmt::print(stderr, "Warning: {}\n", warning);
+  for (const std::string& warning : built.warnings) say("Warning: " + warning + "\n");
 
   Simulation& simulation = built.simulation;
   const int threads = words.threads > 0 ? words.threads : useful_threads(simulation.particles.owned);
@@ -61,15 +65,15 @@ int run(const RunWords& words) {
 
   if (!words.quiet) {
     for (const std::string& file : summary.files)
-      if (file.ends_with(".png")) fmt::print("{}/{}\n", options.directory, file);
+      if (file.ends_with(".png")) say(fmt::format("{}/{}\n", options.directory, file), stdout);
     for (const Headline& h : summary.headlines) {
       const std::string unit = h.unit == "1" ? "" : " " + h.unit;
       const std::string interval = h.ci95 ? fmt::format("  ({:.4g} … {:.4g})", (*h.ci95)[0], (*h.ci95)[1]) : "";
-      fmt::print("{:28} {:.5g}{}{}\n", h.key, h.value, unit, interval);
+      say(fmt::format("{:28} {:.5g}{}{}\n", h.key, h.value, unit, interval), stdout);
     }
   }
-  for (const std::string& remark : summary.remarks) fmt::print(stderr, "{}\n", remark);
-  if (!words.quiet) fmt::print("Results are in {}\n", options.directory);
+  for (const std::string& remark : summary.remarks) say(remark + "\n");
+  if (!words.quiet) say("Results are in " + options.directory + "\n", stdout);
   return summary.finished ? 0 : 128 + summary.stopped_by;
 }
 
@@ -80,9 +84,11 @@ void add_run(CLI::App& program, Action& action) {
   CLI::App* command = program.add_subcommand("run", "Runs a case and writes its results");
   command->add_option("CASE", words->file, "Case file (TOML)")->required();
   command->add_option("--out", words->directory, "Directory of the results; default out/<case name>");
-  command->add_option("--threads", words->threads, "Number of threads; default: as many as pay. Results do not depend on it")->check(CLI::Range(1, 1024));
+  command->add_option("--threads", words->threads, "Number of threads; default: as many as pay. Results do not depend on it")
+      ->check(CLI::Range(1, 1024));
   command->add_option("--set", words->overrides, "key=value, laid over the case; may be repeated");
-  command->add_option("--checkpoint", words->checkpoint, "Seconds of wall clock between checkpoints; default 300")->check(CLI::NonNegativeNumber);
+  command->add_option("--checkpoint", words->checkpoint, "Seconds of wall clock between checkpoints; default 300")
+      ->check(CLI::NonNegativeNumber);
   command->add_flag("--resume", words->resume, "Go on from the checkpoint in the directory");
   command->add_flag("--quiet", words->quiet, "No progress, no summary on the terminal");
   command->callback([words, &action] { action = [words] { return run(*words); }; });

@@ -1,7 +1,6 @@
 #include "src/engine/checkpoint.hpp"
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
 #include <unistd.h>
 #include <boost/crc.hpp>
 #include <cerrno>
@@ -12,12 +11,13 @@
 #include "src/base/archive.hpp"
 #include "src/base/error.hpp"
 #include "src/contact/candidates.hpp"
+#include "src/base/whole_file.hpp"
 
 namespace quern {
 namespace {
 
 constexpr char magic[8] = {'q', 'u', 'e', 'r', 'n', 'c', 'k', 'p'};
-constexpr std::uint32_t version = 2;
+constexpr std::uint32_t version = 3;
 
 struct Header {
   char magic[8];
@@ -48,43 +48,46 @@ void archive_particles(Archive& a, Particles& p) {
   a(p.position, p.velocity, p.spin, p.acceleration, p.angular_acceleration, p.material, p.species, p.id, p.owned);
 }
 
-void require(bool good, const std::string& path, const char* what) {
-  if (!good) throw RunError(fmt::format("{}: {} ({}); the checkpoint before it is untouched", path, what, std::strerror(errno)));
+// The line in which two cases differ first, in a few words.
+std::string difference(const std::string& there, const std::string& here) {
+  std::istringstream a(there), b(here);
+  std::string then, now;
+  for (int line = 1;; ++line) {
+    const bool more = static_cast<bool>(std::getline(a, then)), still = static_cast<bool>(std::getline(b, now));
+    if (!more && !still) return "its end";
+    if (!more) then = "nothing";
+    if (!still) now = "nothing";
+    if (then != now) return fmt::format("line {} of its complete case is `{:.60}`, now it is `{:.60}`", line, then, now);
+  }
 }
 
-// The payload, or a sentence that says why there is none.
-std::string read_one(const std::string& path, const std::string& identity, std::string& complaint) {
+struct Reading {
+  std::string bytes, complaint;  // the state, or a clause that says why there is none
+  bool foreign = false;
+};
+
+Reading read_one(const std::string& path, const std::string& identity) {
   std::ifstream in(path, std::ios::binary);
-  if (!in) {
-    complaint = fmt::format("{} cannot be read", path);
-    return {};
-  }
+  if (!in) return {{}, fmt::format("{} cannot be read ({})", path, std::strerror(errno))};
   std::ostringstream text;
   text << in.rdbuf();
   const std::string all = text.str();
   Header header;
-  if (all.size() < sizeof header || std::memcmp(all.data(), magic, sizeof magic) != 0) {
-    complaint = fmt::format("{} is not a checkpoint of quern", path);
-    return {};
-  }
+  if (all.size() < sizeof header || std::memcmp(all.data(), magic, sizeof magic) != 0)
+    return {{}, fmt::format("{} is not a checkpoint of quern", path)};
   std::memcpy(&header, all.data(), sizeof header);
-  if (header.version != version) {
-    complaint = fmt::format("{} has format {}, and this quern reads format {}", path, header.version, version);
-    return {};
-  }
-  std::string rest = all.substr(sizeof header);
-  if (rest.size() != header.length || checksum_of(rest) != header.checksum) {
-    complaint = fmt::format("{} is torn: {} bytes of {}, or a wrong checksum", path, rest.size(), header.length);
-    return {};
-  }
-  std::string stored_identity, bytes;
+  if (header.version != version)
+    return {{}, fmt::format("{} has format {}, and this quern reads format {}", path, header.version, version)};
+  const std::string rest = all.substr(sizeof header);
+  if (rest.size() != header.length) return {{}, fmt::format("{} is torn: {} bytes of {}", path, rest.size(), header.length)};
+  if (checksum_of(rest) != header.checksum) return {{}, fmt::format("{} is damaged: its checksum is wrong", path)};
+  Reading found;
+  std::string stored_identity;
   ArchiveReader reader(rest);
-  reader(stored_identity, bytes);
-  if (stored_identity != identity) {
-    complaint = fmt::format("{} belongs to another case", path);
-    return {};
-  }
-  return bytes;
+  reader(stored_identity, found.bytes);
+  if (stored_identity != identity)
+    return {{}, fmt::format("{} belongs to another case: {}", path, difference(stored_identity, identity)), true};
+  return found;
 }
 
 }  // namespace
@@ -131,47 +134,35 @@ void write_checkpoint(const std::string& path, const std::string& identity, cons
   header.checksum = checksum_of(a.bytes);
   header.length = a.bytes.size();
 
-  const std::string aside = path + ".new";
-  const int file = ::open(aside.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-  require(file >= 0, aside, "cannot be written");
-  const auto write_all = [&](const char* from, std::size_t count) {
-    while (count > 0) {
-      const ssize_t written = ::write(file, from, count);
-      if (written < 0 && errno == EINTR) continue;
-      if (written <= 0) return false;
-      from += written;
-      count -= static_cast<std::size_t>(written);
-    }
-    return true;
-  };
-  const bool whole = write_all(reinterpret_cast<const char*>(&header), sizeof header) && write_all(a.bytes.data(), a.bytes.size()) && ::fsync(file) == 0;
-  const int error = errno;
-  ::close(file);
-  if (!whole) {
-    ::unlink(aside.c_str());
-    errno = error;
-    require(false, aside, "cannot be written whole");
-  }
-  if (::access(path.c_str(), F_OK) == 0) require(::rename(path.c_str(), (path + ".previous").c_str()) == 0, path, "cannot be kept");
-  require(::rename(aside.c_str(), path.c_str()) == 0, path, "cannot be put in place");
-  // The renames themselves must survive a power cut: sync the directory.
-  const std::string folder = path.substr(0, path.find_last_of('/') == std::string::npos ? 0 : path.find_last_of('/'));
-  if (const int directory = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); directory >= 0) {
-    ::fsync(directory);
-    ::close(directory);
+  const std::string fresh = path + ".new";
+  write_whole_file(fresh, {std::string_view(reinterpret_cast<const char*>(&header), sizeof header), a.bytes}, Synced::yes);
+  const std::string before = path + ".previous";
+  if (::access(path.c_str(), F_OK) != 0) {
+    rename_file(fresh, path);
+  } else if (::renameat2(AT_FDCWD, fresh.c_str(), AT_FDCWD, path.c_str(), RENAME_EXCHANGE) == 0) {
+    rename_file(fresh, before);
+  } else {
+    // File systems that cannot exchange: for a moment there is only the one before, and reading takes that.
+    rename_file(path, before);
+    rename_file(fresh, path);
   }
 }
 
 Checkpoint read_checkpoint(const std::string& path, const std::string& identity) {
-  std::string complaint, older;
-  if (std::string bytes = read_one(path, identity, complaint); complaint.empty()) return {std::move(bytes), {}};
-  if (std::string bytes = read_one(path + ".previous", identity, older); older.empty())
-    return {std::move(bytes), complaint + "; going on from the one before it"};
-  throw InputError(complaint + ", and " + older + ". There is nothing to go on from; run without --resume to begin anew.");
+  const std::string before = path + ".previous";
+  if (::access(path.c_str(), F_OK) != 0 && ::access(before.c_str(), F_OK) != 0 && errno == ENOENT)
+    throw InputError(fmt::format(
+        "There is no checkpoint {} to go on from: the run has ended, or never wrote one. Run without --resume to begin anew.", path));
+  Reading newest = read_one(path, identity);
+  if (newest.complaint.empty()) return {std::move(newest.bytes), {}};
+  Reading older = read_one(before, identity);
+  if (older.complaint.empty()) return {std::move(older.bytes), newest.complaint + "; going on from the one before it"};
+  if (!newest.foreign && ::access(before.c_str(), F_OK) == 0) newest.complaint += "; " + older.complaint;
+  throw InputError(newest.complaint + ". There is nothing to go on from; run without --resume to begin anew.");
 }
 
 void remove_checkpoints(const std::string& path) {
-  for (const char* ending : {"", ".previous", ".new"}) ::unlink((path + ending).c_str());
+  for (const char* ending : {"", ".previous", ".new", ".new.part"}) ::unlink((path + ending).c_str());
 }
 
 }  // namespace quern

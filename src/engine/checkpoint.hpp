@@ -11,7 +11,7 @@ std::string pack_state(Simulation& simulation);
 void unpack_state(const std::string& bytes, Simulation& simulation);
 
 // Writes a file aside with a format version, its length and a checksum, syncs it and renames it over `path`; the checkpoint that was there
-// is kept as path + ".previous". `identity` names the case that it belongs to. Throws RunError where the disk is full or not writable.
+// is kept as path + ".previous". `identity` names the case that it belongs to. Throws WriteError where the disk is full or not writable.
 void write_checkpoint(const std::string& path, const std::string& identity, const std::string& bytes);
 
 struct Checkpoint {

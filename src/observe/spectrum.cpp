@@ -50,6 +50,9 @@ void SpectrumSums::add(const SpectrumSums& later) {
   if (histograms.size() < later.histograms.size()) histograms.resize(later.histograms.size());
   for (std::size_t h = 0; h < later.histograms.size(); ++h) add_each(histograms[h], later.histograms[h]);
   add_each(totals, later.totals);
+  overlap_peak = std::max(overlap_peak, later.overlap_peak);
+  force_peak = std::max(force_peak, later.force_peak);
+  contact_time += later.contact_time;
   // `carried` stays that of the earlier sums: where these begin, nothing crosses the joint any more.
 }
 
@@ -102,6 +105,14 @@ void CollisionSpectrum::count(const Collision& collision, SpectrumSums& sums) co
     histogram[static_cast<std::size_t>(bin_of(energy[m]))].add(one);
   }
   sums.totals[kind * contact_classes + static_cast<std::size_t>(type)].add(one);
+  sums.overlap_peak = std::max(sums.overlap_peak, collision.record.peak_overlap / lesser_radius(collision));
+  sums.force_peak = std::max(sums.force_peak, collision.record.peak_force);
+  if (type == ContactClass::collision) sums.contact_time += collision.end_time - collision.record.start_time;
+}
+
+double CollisionSpectrum::lesser_radius(const Collision& collision) const {
+  const double first = radii[static_cast<std::size_t>(collision.first_id)];
+  return collision.second_id < 0 ? first : std::min(first, radii[static_cast<std::size_t>(collision.second_id)]);
 }
 
 void CollisionSpectrum::see(const Simulation& simulation, const ObserverSettings& settings) {
@@ -115,6 +126,9 @@ void CollisionSpectrum::see(const Simulation& simulation, const ObserverSettings
     for (const Species& s : simulation.species) species.push_back(s.name);
     for (Index i = 0; i < simulation.particles.owned; ++i) {
       charge_mass += simulation.particles.mass(i);
+      const auto id = static_cast<std::size_t>(simulation.particles.id[static_cast<std::size_t>(i)]);
+      if (radii.size() <= id) radii.resize(id + 1);
+      radii[id] = simulation.particles.radius(i);
       while (species.size() <= simulation.particles.species[static_cast<std::size_t>(i)]) species.push_back("species_" + std::to_string(species.size()));
     }
     for (const Collision& c : simulation.lasting_collisions()) earlier.push_back(as_earlier(c));
@@ -167,6 +181,24 @@ CollisionSpectrum::Window CollisionSpectrum::window(double start) const {
   return w;
 }
 
+std::optional<double> CollisionSpectrum::median_impact(const SpectrumSums& sums) const {
+  std::vector<double> energy(static_cast<std::size_t>(bins()));
+  double whole = 0;
+  for (std::size_t kind = 0; kind < kinds(); ++kind)
+    for (const ContactClass type : {ContactClass::collision, ContactClass::enduring}) {
+      const std::size_t at = histogram_at(kind, type, EnergyMeasure::impact);
+      if (at >= sums.histograms.size()) continue;
+      const std::vector<EnergySums>& histogram = sums.histograms[at];
+      for (std::size_t bin = 0; bin < histogram.size(); ++bin) energy[bin] += histogram[bin].impact, whole += histogram[bin].impact;
+    }
+  if (!(whole > 0)) return std::nullopt;
+  double below = 0;
+  std::size_t bin = 0;
+  while (bin + 1 < energy.size() && below + energy[bin] < 0.5 * whole) below += energy[bin++];
+  const double share = (0.5 * whole - below) / energy[bin];
+  return edge(static_cast<int>(bin)) * std::pow(10.0, share / bins_per_decade);
+}
+
 std::vector<Headline> CollisionSpectrum::headlines(double start) const {
   const Window w = window(start);
   if (w.seconds <= 0) return {};
@@ -176,7 +208,12 @@ std::vector<Headline> CollisionSpectrum::headlines(double start) const {
     if (k % contact_classes != static_cast<std::size_t>(ContactClass::lasting)) ended_sums.add(w.sums.totals[k]);
   }
   // Intervals come from the scatter between spans, which sees the charge surge as a whole and energies vary from contact to contact.
-  std::vector<double> rate, impact, relative, mean;
+  std::vector<double> rate, impact, relative, mean, median, duration;
+  const auto short_ones = [&](const SpectrumSums& sums) {
+    double n = 0;
+    for (std::size_t k = static_cast<std::size_t>(ContactClass::collision); k < sums.totals.size(); k += contact_classes) n += sums.totals[k].count;
+    return n;
+  };
   for (std::size_t b = ended.first_from(start); b < ended.blocks.size(); ++b) {
     const auto& block = ended.blocks[b];
     const double end = b + 1 < ended.blocks.size() ? ended.blocks[b + 1].from : until, seconds = end - block.from;
@@ -187,6 +224,8 @@ std::vector<Headline> CollisionSpectrum::headlines(double start) const {
     impact.push_back(sums.impact / seconds);
     relative.push_back(sums.relative / seconds);
     if (sums.count > 0) mean.push_back(sums.loss() / sums.count);
+    if (const auto middle = median_impact(block.sums)) median.push_back(*middle);
+    if (const double n = short_ones(block.sums); n > 0) duration.push_back(block.sums.contact_time / n);
   }
   const auto around = [&](double value, const std::vector<double>& spans) -> std::optional<std::array<double, 2>> {
     const BlockAverage average = block_average(spans);
@@ -216,7 +255,13 @@ std::vector<Headline> CollisionSpectrum::headlines(double start) const {
     };
     lines.push_back({"enduring_contacts", share(ContactClass::enduring) / count, "1", std::nullopt, "share of ended contacts that lasted longer than the limit"});
     lines.push_back({"lasting_contacts", share(ContactClass::lasting), "1", std::nullopt, "number of contacts that still last at the end"});
+    if (const auto middle = median_impact(w.sums))
+      lines.push_back({"impact_energy_median", *middle, "J", around(*middle, median), "half of E_i comes from impacts that are harder"});
+    if (const double n = short_ones(w.sums); n > 0)
+      lines.push_back({"contact_duration", w.sums.contact_time / n, "s", around(w.sums.contact_time / n, duration), "mean, of contacts that ended within the limit of enduring ones"});
   }
+  lines.push_back({"overlap_peak", w.sums.overlap_peak, "1", std::nullopt, "greatest overlap of a contact over the radius of its smaller particle"});
+  lines.push_back({"contact_force_peak", w.sums.force_peak, "N", std::nullopt, "greatest normal force of a contact"});
   return lines;
 }
 

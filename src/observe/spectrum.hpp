@@ -2,6 +2,7 @@
 // while this watches is found here again: in collisions that ended, or in contacts that still last.
 #pragma once
 #include <cstdint>
+#include <optional>
 #include "src/engine/simulation.hpp"
 #include "src/observe/observer_settings.hpp"
 #include "src/observe/table.hpp"
@@ -40,10 +41,13 @@ struct SpectrumSums {
   std::vector<std::vector<EnergySums>> histograms;  // [(kind · classes + class) · measures + measure][bin]
   std::vector<EnergySums> carried;                  // [kind]: what contacts that lasted when these sums began had lost before
   std::vector<EnergySums> totals;                   // [kind · classes + class]
+  double overlap_peak = 0;                          // greatest overlap over the lesser radius of its contact
+  double force_peak = 0;                            // greatest normal force of a contact [N]
+  double contact_time = 0;                          // summed over the contacts of class `collision` [s]
   void add(const SpectrumSums& later);
   template <class Archive>
   void archive(Archive& a) {
-    a(histograms, carried, totals);
+    a(histograms, carried, totals, overlap_peak, force_peak, contact_time);
   }
 };
 
@@ -67,6 +71,7 @@ struct CollisionSpectrum {
   double long_contact = 0;          // [s]
   std::vector<std::string> species;
   std::vector<EarlierLoss> earlier;  // sorted by ids and start
+  std::vector<double> radii;         // by id [m]
   bool began = false;
 
   // Begins at the first call at or after settings.start_time.
@@ -82,6 +87,9 @@ struct CollisionSpectrum {
   };
   Window window(double start) const;
 
+  // The impact energy that halves E_i: half of ½ m* v_n² comes from harder impacts [J]; none without impacts.
+  std::optional<double> median_impact(const SpectrumSums& sums) const;
+
   std::vector<Headline> headlines(double start) const;
   std::vector<Table> tables(double start) const;
 
@@ -95,11 +103,12 @@ struct CollisionSpectrum {
 
   template <class Archive>
   void archive(Archive& a) {
-    a(ended, lasting, from, until, charge_mass, bins_per_decade, long_contact, species, earlier, began);
+    a(ended, lasting, from, until, charge_mass, bins_per_decade, long_contact, species, earlier, radii, began);
   }
 
  private:
   void count(const Collision& collision, SpectrumSums& sums) const;
+  double lesser_radius(const Collision& collision) const;
 };
 
 // Impact energies of one collision [J].

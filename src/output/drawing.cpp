@@ -37,14 +37,15 @@
 #include <vtkTable.h>
 #include <vtkTextActor.h>
 #include <vtkTextProperty.h>
+#include <vtkUnsignedCharArray.h>
 #include <vtkWindowToImageFilter.h>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 #include "src/base/error.hpp"
+#include "src/base/whole_file.hpp"
 #include "src/output/wall_facets.hpp"
-#include "src/output/whole_file.hpp"
 
 VTK_MODULE_INIT(vtkRenderingOpenGL2)
 VTK_MODULE_INIT(vtkRenderingFreeType)
@@ -98,10 +99,12 @@ void render(vtkRenderer* renderer, const std::string& path) {
   smaller->SetShrinkFactors(finer, finer, 1);
   smaller->MeanOn();
   vtkNew<vtkPNGWriter> writer;
-  writer->SetFileName(aside(path).c_str());
+  writer->WriteToMemoryOn();
   writer->SetInputConnection(smaller->GetOutputPort());
   writer->Write();
-  put_in_place(path);
+  vtkUnsignedCharArray* picture = writer->GetResult();
+  const auto size = static_cast<std::size_t>(picture->GetNumberOfValues());
+  write_whole_file(path, std::string_view(reinterpret_cast<const char*>(picture->GetPointer(0)), size));
 }
 
 // Viridis (van der Walt & Smith 2015), nine of its colours.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include "src/base/say.hpp"
 
 namespace quern {
 
@@ -16,7 +17,12 @@ std::string spoken_duration(double seconds) {
 }
 
 Progress::Progress(double start, double end, bool quiet)
-    : start_(start), end_(end), quiet_(quiet), terminal_(isatty(STDERR_FILENO) != 0), begin_(std::chrono::steady_clock::now()), shown_(begin_) {}
+    : start_(start),
+      end_(end),
+      quiet_(quiet),
+      terminal_(isatty(STDERR_FILENO) != 0),
+      begin_(std::chrono::steady_clock::now()),
+      shown_(begin_) {}
 
 double Progress::wall_clock() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
 
@@ -33,12 +39,12 @@ void Progress::show(double time) {
     constexpr int width = 40;
     std::string bar;
     for (int k = 0; k < width; ++k) bar += k < static_cast<int>(done * width) ? "█" : "░";
-    fmt::print(stderr, "\r{} {:3.0f} %  t = {:.4g} s  {:<20}", bar, 100 * done, time, left);
+    say(fmt::format("\r{} {:3.0f} %  t = {:.4g} s  {:<20}", bar, 100 * done, time, left));
     std::fflush(stderr);
     open_ = true;
   } else if (static_cast<int>(10 * done) > tenths_ && done < 1) {
     tenths_ = static_cast<int>(10 * done);
-    fmt::print(stderr, "{} %  t = {:.4g} s  {}\n", 10 * tenths_, time, left);
+    say(fmt::format("{} %  t = {:.4g} s  {}\n", 10 * tenths_, time, left));
   }
 }
 

@@ -1,26 +1,49 @@
 #include "src/output/results_file.hpp"
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <hdf5.h>
 #include <pwd.h>
-#include <sys/stat.h>
+#include <sys/file.h>
 #include <unistd.h>
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
+#include <functional>
 #include <limits>
 #include <map>
 #include <utility>
 #include "src/base/error.hpp"
+#include "src/output/committed_file.hpp"
 
 namespace quern {
 namespace {
+
+// A call of HDF5 failed; why.
+struct Hdf5Failure {
+  std::string reason = last_system_error() != 0 ? std::strerror(last_system_error()) : words_of_hdf5();
+
+ private:
+  // Of HDF5's stack of errors, the innermost.
+  static std::string words_of_hdf5() {
+    std::string cause;
+    const H5E_walk2_t look = [](unsigned, const H5E_error2_t* entry, void* found) -> herr_t {
+      std::string& words = *static_cast<std::string*>(found);
+      if (words.empty() && entry->desc) words = std::string("HDF5 says: ") + entry->desc;
+      return 0;
+    };
+    H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, look, &cause);
+    return cause.empty() ? "the system gives no reason" : cause;
+  }
+};
 
 // Owns an HDF5 identifier of any kind.
 class Handle {
  public:
   Handle() = default;
   explicit Handle(hid_t id) : id_(id) {
-    if (id < 0) throw RunError("results.h5 cannot be written: the disk may be full, or the directory is not writable.");
+    if (id < 0) throw Hdf5Failure{};
   }
   Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)) {}
   Handle& operator=(Handle&& other) noexcept {
@@ -31,13 +54,26 @@ class Handle {
   void close() {
     if (id_ < 0) return;
     switch (H5Iget_type(id_)) {
-      case H5I_FILE: H5Fclose(id_); break;
-      case H5I_GROUP: H5Gclose(id_); break;
-      case H5I_DATASET: H5Dclose(id_); break;
-      case H5I_DATASPACE: H5Sclose(id_); break;
-      case H5I_DATATYPE: H5Tclose(id_); break;
-      case H5I_ATTR: H5Aclose(id_); break;
-      default: H5Pclose(id_);
+      case H5I_FILE:
+        H5Fclose(id_);
+        break;
+      case H5I_GROUP:
+        H5Gclose(id_);
+        break;
+      case H5I_DATASET:
+        H5Dclose(id_);
+        break;
+      case H5I_DATASPACE:
+        H5Sclose(id_);
+        break;
+      case H5I_DATATYPE:
+        H5Tclose(id_);
+        break;
+      case H5I_ATTR:
+        H5Aclose(id_);
+        break;
+      default:
+        H5Pclose(id_);
     }
     id_ = -1;
   }
@@ -49,11 +85,16 @@ class Handle {
 };
 
 void must(herr_t status) {
-  if (status < 0) throw RunError("results.h5 cannot be written: the disk may be full.");
+  if (status < 0) throw Hdf5Failure{};
 }
 
-// HDF5 prints a stack of its own at every error; ours are exceptions.
-void keep_quiet() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
+// HDF5 prints a stack of its own at every error; ours are exceptions. And we close our files ourselves: at the end of the program HDF5 1.10
+// would crash over one that could not be opened or closed well.
+void keep_quiet() {
+  static const herr_t once = H5dont_atexit();
+  static_cast<void>(once);
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+}
 
 Handle text_type(std::size_t length) {
   Handle type(H5Tcopy(H5T_C_S1));
@@ -84,16 +125,22 @@ void text_dataset(hid_t parent, const char* name, const std::string& text) {
   must(H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, text.c_str()));
 }
 
+// A chunk that is written again keeps its place only if it is not packed; packed, it would wander and leave holes.
+enum class Chunks { written_once, written_again };
+
 // An empty array that can grow in every direction, but for the last where `fixed_last` gives its extent.
-Handle growing(hid_t parent, const char* name, hid_t type, const std::vector<hsize_t>& chunk, hsize_t fixed_last, const void* fill) {
+Handle growing(hid_t parent, const char* name, hid_t type, const std::vector<hsize_t>& chunk, hsize_t fixed_last, const void* fill,
+               Chunks chunks) {
   std::vector<hsize_t> dims(chunk.size(), 0), most(chunk.size(), H5S_UNLIMITED);
   if (fixed_last > 0) dims.back() = most.back() = fixed_last;
   const Handle space(H5Screate_simple(static_cast<int>(dims.size()), dims.data(), most.data()));
   const Handle made(H5Pcreate(H5P_DATASET_CREATE));
   must(H5Pset_chunk(made, static_cast<int>(chunk.size()), chunk.data()));
   must(H5Pset_fill_value(made, type, fill));
-  must(H5Pset_shuffle(made));
-  must(H5Pset_deflate(made, 1));
+  if (chunks == Chunks::written_once) {
+    must(H5Pset_shuffle(made));
+    must(H5Pset_deflate(made, 1));
+  }
   return Handle(H5Dcreate2(parent, name, type, space, H5P_DEFAULT, made, H5P_DEFAULT));
 }
 
@@ -121,61 +168,44 @@ std::string author() {
   return user && user->pw_name ? user->pw_name : "unknown";
 }
 
-// The end of the file as its first block states it (HDF5 file format specification 3.0, superblock version 0). HDF5 writes it
-// last, after headers that already point past it: a process killed between the two would leave a file that cannot be read. So a
-// later end is stated before a flush, and the true one after it.
-class StatedEnd {
- public:
-  StatedEnd() = default;
-  explicit StatedEnd(const std::string& path) : descriptor_(open(path.c_str(), O_RDWR | O_CLOEXEC)) {
-    std::array<unsigned char, 16> head{};
-    const bool known = pread(descriptor_, head.data(), head.size(), 0) == static_cast<ssize_t>(head.size()) && head[8] == 0 && head[13] == 8;
-    if (!known) close_it();
-  }
-  StatedEnd(const StatedEnd&) = delete;
-  StatedEnd& operator=(StatedEnd&& other) noexcept {
-    std::swap(descriptor_, other.descriptor_);
-    return *this;
-  }
-  ~StatedEnd() { close_it(); }
-
-  void state(std::uint64_t end) {
-    struct stat now {};
-    if (descriptor_ < 0 || fstat(descriptor_, &now) != 0) return;
-    // Longer than stated is well; shorter is not.
-    if (static_cast<std::uint64_t>(now.st_size) < end && ftruncate(descriptor_, static_cast<off_t>(end)) != 0) return;
-    std::array<unsigned char, 8> bytes{};
-    for (std::size_t k = 0; k < bytes.size(); ++k) bytes[k] = static_cast<unsigned char>(end >> (8 * k));
-    if (pwrite(descriptor_, bytes.data(), bytes.size(), 40) != static_cast<ssize_t>(bytes.size()))
-      throw RunError("results.h5 cannot be written: the disk may be full.");
-  }
-
- private:
-  void close_it() {
-    if (descriptor_ >= 0) close(descriptor_);
-    descriptor_ = -1;
-  }
-  int descriptor_ = -1;
-};
-
 Handle file_access() {
   Handle access(H5Pcreate(H5P_FILE_ACCESS));
   // The old layout, which has no mark of being open for writing: a file whose writer was killed opens like any other.
   must(H5Pset_libver_bounds(access, H5F_LIBVER_EARLIEST, H5F_LIBVER_V18));
-  // What describes the arrays goes to disk only with flush(), after the numbers that it describes.
-  H5AC_cache_config_t cache{};
-  cache.version = H5AC__CURR_CACHE_CONFIG_VERSION;
-  must(H5Pget_mdc_config(access, &cache));
-  cache.evictions_enabled = false;
-  cache.incr_mode = H5C_incr__off;
-  cache.flash_incr_mode = H5C_flash_incr__off;
-  cache.decr_mode = H5C_decr__off;
-  must(H5Pset_mdc_config(access, &cache));
-  must(H5Pset_file_locking(access, false, true));  // so that others may read while the run goes on
+  use_commits(access);
   return access;
 }
 
 Handle dataset(hid_t parent, const char* path) { return Handle(H5Dopen2(parent, path, H5P_DEFAULT)); }
+
+// A text that text_dataset() wrote.
+std::string text_of(hid_t parent, const char* path) {
+  const Handle set = dataset(parent, path), type(H5Dget_type(set));
+  std::string text(H5Tget_size(type), '\0');
+  must(H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, text.data()));
+  text.erase(std::min(text.size(), text.find_last_not_of('\0') + 1));
+  return text;
+}
+
+// Whether an array is at least that large.
+bool holds(hid_t set, const std::vector<hsize_t>& least) {
+  const Handle space(H5Dget_space(set));
+  std::vector<hsize_t> extent(least.size());
+  if (H5Sget_simple_extent_ndims(space) != static_cast<int>(least.size())) return false;
+  must(H5Sget_simple_extent_dims(space, extent.data(), nullptr));
+  return std::equal(least.begin(), least.end(), extent.begin(), std::less_equal<>());
+}
+
+// HDF5 locks a file that it writes (flock, exclusive), and so do other programs. Whoever only reads it is no hindrance.
+void must_be_free(const std::string& path) {
+  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) return;
+  const bool locked = flock(file, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+  close(file);
+  if (locked)
+    throw InputError("The file " + path +
+                     " is locked: another program has it open for writing. Close it there, or choose another directory with --out.");
+}
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr std::int32_t absent = -1;
@@ -183,43 +213,71 @@ constexpr std::int32_t absent = -1;
 }  // namespace
 
 struct ResultsFile::File {
+  std::string path;
+  bool lost = false;
   Handle file;
-  Handle frame_step, frame_time;               // [frame]
-  Handle position, velocity, spin, id;         // [frame][particle]
-  Handle radius, mass, species, material;      // [particle]
-  std::map<std::string, Handle> columns;       // of the observables
+  Handle frame_step, frame_time;           // [frame]
+  Handle position, velocity, spin, id;     // [frame][particle]
+  Handle radius, mass, species, material;  // [particle]
+  std::map<std::string, Handle> columns;   // of the observables
   hsize_t frames = 0, particles = 0;
-  std::uint64_t waiting = 0;                   // bytes given to HDF5 since the last flush, at most
-  StatedEnd end;
 
   void make_trajectory(const Simulation& s);
+  void append_frame(const Simulation& s);
+  void append_rows(const Table& table, std::size_t first_row, Chunks chunks);
+  void write_headlines(const std::vector<Headline>& headlines);
+  void flush();
+
+  // HDF5 would go on writing what it holds in memory when the file is closed, and a part of that may still fit.
+  void give_up() {
+    lost = true;
+    if (file.open()) abandon(file);
+  }
+
+  // Does a piece of writing, or leaves the file on disk as the last flush left it, and says why.
+  template <class Work>
+  void attempt(Work&& work) {
+    if (lost) return;
+    try {
+      forget_system_error();
+      work();
+    } catch (const Hdf5Failure& failure) {
+      give_up();
+      throw WriteError("The file " + path + " cannot be written: " + failure.reason + ".");
+    }
+  }
 };
 
 ResultsFile::ResultsFile(const std::string& path, const Simulation& simulation, const std::string& title, const std::string& case_text)
     : file_(std::make_unique<File>()) {
   keep_quiet();
-  file_->file = Handle(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, file_access()));
-  const hid_t file = file_->file;
+  must_be_free(path);
+  recover(path);
+  File& f = *file_;
+  f.path = path;
+  f.attempt([&] {
+    f.file = Handle(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, file_access()));
+    const hid_t file = f.file;
 
-  const Handle h5md = group(file, "h5md"), writer = group(h5md, "author"), creator = group(h5md, "creator");
-  const hsize_t two = 2;
-  const std::array<std::int32_t, 2> version{1, 1}, units_version{1, 0};
-  const Handle pair(H5Screate_simple(1, &two, nullptr));
-  attribute(h5md, "version", H5T_NATIVE_INT32, pair, version.data());
-  text_attribute(writer, "name", author());
-  text_attribute(creator, "name", "quern");
-  text_attribute(creator, "version", "0.1.0");
-  const Handle modules = group(h5md, "modules"), units = group(modules, "units");
-  attribute(units, "version", H5T_NATIVE_INT32, pair, units_version.data());
-  text_attribute(units, "system", "SI");
+    const Handle h5md = group(file, "h5md"), writer = group(h5md, "author"), creator = group(h5md, "creator");
+    const hsize_t two = 2;
+    const std::array<std::int32_t, 2> version{1, 1}, units_version{1, 0};
+    const Handle pair(H5Screate_simple(1, &two, nullptr));
+    attribute(h5md, "version", H5T_NATIVE_INT32, pair, version.data());
+    text_attribute(writer, "name", author());
+    text_attribute(creator, "name", "quern");
+    text_attribute(creator, "version", "0.1.0");
+    const Handle modules = group(h5md, "modules"), units = group(modules, "units");
+    attribute(units, "version", H5T_NATIVE_INT32, pair, units_version.data());
+    text_attribute(units, "system", "SI");
 
-  group(file, "observables");
-  const Handle parameters = group(file, "parameters");
-  text_dataset(parameters, "case", case_text);
-  text_attribute(parameters, "title", title);
-  file_->make_trajectory(simulation);
-  flush();
-  file_->end = StatedEnd(path);
+    group(file, "observables");
+    const Handle parameters = group(file, "parameters");
+    text_dataset(parameters, "case", case_text);
+    text_attribute(parameters, "title", title);
+    f.make_trajectory(simulation);
+    f.flush();
+  });
 }
 
 ResultsFile::ResultsFile() : file_(std::make_unique<File>()) {}
@@ -228,49 +286,93 @@ ResultsFile::~ResultsFile() = default;
 
 std::uint64_t ResultsFile::frames() const { return file_->frames; }
 std::uint64_t ResultsFile::particles() const { return file_->particles; }
+void ResultsFile::append_frame(const Simulation& s) {
+  file_->attempt([&] { file_->append_frame(s); });
+}
+void ResultsFile::append_rows(const Table& table, std::size_t first_row) {
+  file_->attempt([&] { file_->append_rows(table, first_row, Chunks::written_again); });
+}
+void ResultsFile::write_table(const Table& table) {
+  file_->attempt([&] { file_->append_rows(table, 0, Chunks::written_once); });
+}
+void ResultsFile::write_headlines(const std::vector<Headline>& headlines) {
+  file_->attempt([&] { file_->write_headlines(headlines); });
+}
+void ResultsFile::flush() {
+  file_->attempt([&] { file_->flush(); });
+}
+void ResultsFile::sync() {
+  file_->attempt([&] {
+    file_->flush();
+    if (!commit_and_sync(file_->file)) throw Hdf5Failure{};
+  });
+}
 
-ResultsFile ResultsFile::reopen(const std::string& path, std::uint64_t frames, std::uint64_t particles) {
+ResultsFile ResultsFile::reopen(const std::string& path, const std::string& case_text, std::uint64_t frames, std::uint64_t particles) {
   keep_quiet();
-  const hid_t opened = H5Fopen(path.c_str(), H5F_ACC_RDWR, file_access());
-  if (opened < 0) throw InputError(path + " cannot be opened to go on with it: it is missing, locked or cut. Run without --resume to begin anew.");
+  const auto refuse = [&](const std::string& why) {
+    return InputError("The file " + path + " " + why + ", and the run cannot go on without it; run without --resume to begin anew.");
+  };
+  if (access(path.c_str(), F_OK) != 0) throw refuse("is missing");
+  must_be_free(path);
+  if (access(path.c_str(), R_OK | W_OK) != 0) throw refuse(std::string("cannot be opened (") + std::strerror(errno) + ")");
   ResultsFile results;
   File& f = *results.file_;
-  f.file = Handle(opened);
-  const Handle balls(H5Gopen2(f.file, "particles/balls", H5P_DEFAULT));
-  const auto open = [&](const char* name, std::vector<hsize_t> extent) {
+  f.path = path;
+  recover(path);
+  // Asked first: HDF5 1.10 crashes when the program ends after an attempt to open an empty file.
+  if (H5Fis_hdf5(path.c_str()) <= 0) throw refuse("is no HDF5 file");
+  try {
+    f.file = Handle(H5Fopen(path.c_str(), H5F_ACC_RDWR, file_access()));
+    if (text_of(f.file, "parameters/case") != case_text) throw refuse("belongs to another case");
+  } catch (const Hdf5Failure&) {
+    f.give_up();
+    throw refuse("is cut short or damaged");
+  }
+  Handle balls;
+  const auto open = [&](const char* name, const std::vector<hsize_t>& extent) {
     Handle set = dataset(balls, name);
-    must(H5Dset_extent(set, extent.data()));
+    if (!holds(set, extent)) throw refuse(fmt::format("holds less than the {} frames that the checkpoint counts", frames));
     return set;
   };
-  f.frame_step = open("id/step", {frames});
-  f.frame_time = open("id/time", {frames});
-  f.id = open("id/value", {frames, particles});
-  f.position = open("position/value", {frames, particles, 3});
-  f.velocity = open("velocity/value", {frames, particles, 3});
-  f.spin = open("angular_velocity/value", {frames, particles, 3});
-  f.radius = open("radius", {particles});
-  f.mass = open("mass", {particles});
-  f.species = open("species", {particles});
-  f.material = open("material", {particles});
+  try {
+    balls = Handle(H5Gopen2(f.file, "particles/balls", H5P_DEFAULT));
+    f.frame_step = open("id/step", {frames});
+    f.frame_time = open("id/time", {frames});
+    f.id = open("id/value", {frames, particles});
+    f.position = open("position/value", {frames, particles, 3});
+    f.velocity = open("velocity/value", {frames, particles, 3});
+    f.spin = open("angular_velocity/value", {frames, particles, 3});
+    f.radius = open("radius", {particles});
+    f.mass = open("mass", {particles});
+    f.species = open("species", {particles});
+    f.material = open("material", {particles});
+  } catch (const Hdf5Failure&) {
+    f.give_up();
+    throw refuse("is damaged");
+  } catch (...) {
+    f.give_up();
+    throw;
+  }
   f.frames = frames;
   f.particles = particles;
-  must(H5Ldelete(f.file, "observables", H5P_DEFAULT));
-  group(f.file, "observables");
-  f.end = StatedEnd(path);
-  results.flush();
+  // Nothing above has changed the file; from here on what was written after the checkpoint is dropped.
+  f.attempt([&] {
+    const std::vector<hsize_t> rows{frames}, all{frames, particles}, vectors{frames, particles, 3}, each{particles};
+    for (const Handle* set : {&f.frame_step, &f.frame_time}) must(H5Dset_extent(*set, rows.data()));
+    for (const Handle* set : {&f.position, &f.velocity, &f.spin}) must(H5Dset_extent(*set, vectors.data()));
+    for (const Handle* set : {&f.radius, &f.mass, &f.species, &f.material}) must(H5Dset_extent(*set, each.data()));
+    must(H5Dset_extent(f.id, all.data()));
+    must(H5Ldelete(f.file, "observables", H5P_DEFAULT));
+    group(f.file, "observables");
+    f.flush();
+  });
   return results;
 }
 
-void ResultsFile::flush() {
-  haddr_t end = 0;
-  must(H5Fget_eoa(file_->file, &end));
-  // Numbers that do not compress grow a little; each array that grows may begin a new chunk and a new page of its index.
-  constexpr std::uint64_t index_room = 1 << 20;
-  file_->end.state(end + file_->waiting + file_->waiting / 8 + index_room);
-  must(H5Fflush(file_->file, H5F_SCOPE_GLOBAL));
-  file_->waiting = 0;
-  must(H5Fget_eoa(file_->file, &end));
-  file_->end.state(end);
+void ResultsFile::File::flush() {
+  must(H5Fflush(file, H5F_SCOPE_GLOBAL));
+  if (!commit(file)) throw Hdf5Failure{};
 }
 
 void ResultsFile::File::make_trajectory(const Simulation& s) {
@@ -293,7 +395,7 @@ void ResultsFile::File::make_trajectory(const Simulation& s) {
   const hsize_t row = static_cast<hsize_t>(std::clamp<std::size_t>(s.particles.position.size(), 64, 16384));
   const auto moving = [&](const char* name, const char* unit, const char* description) {
     const Handle element = group(balls, name);
-    Handle value = growing(element, "value", H5T_IEEE_F64LE, {1, row, 3}, 3, &nan);
+    Handle value = growing(element, "value", H5T_IEEE_F64LE, {1, row, 3}, 3, &nan, Chunks::written_once);
     text_attribute(value, "unit", unit);
     text_attribute(value, "description", description);
     // All elements share the frames of `id`.
@@ -304,10 +406,10 @@ void ResultsFile::File::make_trajectory(const Simulation& s) {
   const std::int64_t no_step = 0;
   {
     const Handle element = group(balls, "id");
-    frame_step = growing(element, "step", H5T_STD_I64LE, {256}, 0, &no_step);
-    frame_time = growing(element, "time", H5T_IEEE_F64LE, {256}, 0, &nan);
+    frame_step = growing(element, "step", H5T_STD_I64LE, {256}, 0, &no_step, Chunks::written_again);
+    frame_time = growing(element, "time", H5T_IEEE_F64LE, {256}, 0, &nan, Chunks::written_again);
     text_attribute(frame_time, "unit", "s");
-    id = growing(element, "value", H5T_STD_I32LE, {1, row}, 0, &absent);
+    id = growing(element, "value", H5T_STD_I32LE, {1, row}, 0, &absent, Chunks::written_once);
     text_attribute(id, "description", "the row's own number, -1 where the particle is not there");
   }
   position = moving("position", "m", "centre of the particle");
@@ -315,7 +417,7 @@ void ResultsFile::File::make_trajectory(const Simulation& s) {
   spin = moving("angular_velocity", "rad s-1", "in the fixed frame");
 
   const auto fixed = [&](const char* name, hid_t type, const void* fill, const char* unit, const char* description) {
-    Handle set = growing(balls, name, type, {row}, 0, fill);
+    Handle set = growing(balls, name, type, {row}, 0, fill, Chunks::written_again);
     if (*unit) text_attribute(set, "unit", unit);
     text_attribute(set, "description", description);
     return set;
@@ -331,8 +433,8 @@ void ResultsFile::File::make_trajectory(const Simulation& s) {
   text_attribute(material, "names", materials);
 }
 
-void ResultsFile::append_frame(const Simulation& s) {
-  File& f = *file_;
+void ResultsFile::File::append_frame(const Simulation& s) {
+  File& f = *this;
   const Particles& p = s.particles;
   const auto owned = static_cast<std::size_t>(p.owned);
   Index last = -1;
@@ -364,10 +466,14 @@ void ResultsFile::append_frame(const Simulation& s) {
       if (row_of[known + k] >= 0) list[k] = static_cast<decltype(none)>(of(static_cast<std::size_t>(row_of[known + k])));
     put(set, type, {known}, {fresh}, list.data());
   };
-  put_numbers(f.radius, H5T_NATIVE_DOUBLE, [&](std::size_t i) { return p.position[i].w; }, nan);
-  put_numbers(f.mass, H5T_NATIVE_DOUBLE, [&](std::size_t i) { return p.velocity[i].w; }, nan);
-  put_numbers(f.species, H5T_NATIVE_INT32, [&](std::size_t i) { return p.species[i]; }, absent);
-  put_numbers(f.material, H5T_NATIVE_INT32, [&](std::size_t i) { return p.material[i]; }, absent);
+  put_numbers(
+      f.radius, H5T_NATIVE_DOUBLE, [&](std::size_t i) { return p.position[i].w; }, nan);
+  put_numbers(
+      f.mass, H5T_NATIVE_DOUBLE, [&](std::size_t i) { return p.velocity[i].w; }, nan);
+  put_numbers(
+      f.species, H5T_NATIVE_INT32, [&](std::size_t i) { return p.species[i]; }, absent);
+  put_numbers(
+      f.material, H5T_NATIVE_INT32, [&](std::size_t i) { return p.material[i]; }, absent);
 
   const std::int64_t step = s.clock.step;
   const double time = s.clock.time();
@@ -375,15 +481,14 @@ void ResultsFile::append_frame(const Simulation& s) {
   put(f.frame_time, H5T_NATIVE_DOUBLE, {f.frames}, {1}, &time);
   ++f.frames;
   f.particles = rows;
-  f.waiting += 256 * rows;  // more than one frame's rows take, newcomers included
   flush();
 }
 
-void ResultsFile::append_rows(const Table& table, std::size_t first_row) {
-  const Handle observables = group(file_->file, "observables"), home = group(observables, table.name);
+void ResultsFile::File::append_rows(const Table& table, std::size_t first_row, Chunks chunks) {
+  const Handle observables = group(file, "observables"), home = group(observables, table.name);
   if (!table.description.empty()) text_attribute(home, "description", table.description);
   for (const Column& column : table.columns) {
-    Handle& set = file_->columns[table.name + "/" + column.name];
+    Handle& set = columns[table.name + "/" + column.name];
     if (!column.labels.empty()) {
       std::size_t longest = 1;
       for (const std::string& label : column.labels) longest = std::max(longest, label.size());
@@ -398,18 +503,17 @@ void ResultsFile::append_rows(const Table& table, std::size_t first_row) {
       continue;
     }
     if (!set.open()) {
-      set = growing(home, column.name.c_str(), H5T_IEEE_F64LE, {1024}, 0, &nan);
+      set = growing(home, column.name.c_str(), H5T_IEEE_F64LE, {1024}, 0, &nan, chunks);
       text_attribute(set, "unit", column.unit);
       text_attribute(set, "description", column.description);
     }
-    file_->waiting += 8 * column.values.size();
     if (first_row < column.values.size())
       put(set, H5T_NATIVE_DOUBLE, {first_row}, {column.values.size() - first_row}, column.values.data() + first_row);
   }
 }
 
-void ResultsFile::write_headlines(const std::vector<Headline>& headlines) {
-  const Handle observables = group(file_->file, "observables"), summary = group(observables, "summary");
+void ResultsFile::File::write_headlines(const std::vector<Headline>& headlines) {
+  const Handle observables = group(file, "observables"), summary = group(observables, "summary");
   const Handle scalar(H5Screate(H5S_SCALAR));
   for (const Headline& headline : headlines) {
     if (H5Lexists(summary, headline.key.c_str(), H5P_DEFAULT) > 0) must(H5Ldelete(summary, headline.key.c_str(), H5P_DEFAULT));

@@ -2,14 +2,20 @@
 #include <fmt/format.h>
 #include <algorithm>
 #include <cmath>
+#include <csignal>
+#include <cstring>
+#include <filesystem>
 #include <memory>
+#include <new>
 #include <optional>
 #include "src/base/archive.hpp"
 #include "src/base/error.hpp"
+#include "src/base/whole_file.hpp"
 #include "src/engine/checkpoint.hpp"
 #include "src/engine/simulation.hpp"
 #include "src/observe/angles.hpp"
 #include "src/observe/observers.hpp"
+#include "src/output/claim.hpp"
 #include "src/output/health.hpp"
 #include "src/output/ledger_table.hpp"
 #include "src/output/pictures.hpp"
@@ -17,7 +23,6 @@
 #include "src/output/results_file.hpp"
 #include "src/output/tables.hpp"
 #include "src/output/vtk_frames.hpp"
-#include "src/output/whole_file.hpp"
 
 namespace quern {
 namespace {
@@ -45,15 +50,12 @@ class Writer {
  public:
   Writer(const OutputSettings& settings, const std::string& directory)
       : settings_(settings), directory_(directory), energy_(empty_ledger_table()) {
-    make_directory(directory);
     if (!settings.case_text.empty()) save("case.toml", settings.case_text);
     files_.push_back("results.h5");
     if (settings.vtk_frames) frames_.emplace(directory);
   }
 
-  void begin(const Simulation& s) {
-    results_ = std::make_unique<ResultsFile>(path("results.h5"), s, settings_.title, settings_.case_text);
-  }
+  void begin(const Simulation& s) { results_ = std::make_unique<ResultsFile>(path("results.h5"), s, settings_.title, settings_.case_text); }
 
   // What has been written so far, and going on from there: what was written later is dropped.
   template <class Archive>
@@ -61,17 +63,20 @@ class Writer {
     std::uint64_t frames = results_ ? results_->frames() : 0, particles = results_ ? results_->particles() : 0;
     a(energy_, last_frame_, frames, particles);
     if (frames_) a(*frames_);
-    if (!results_) results_ = std::make_unique<ResultsFile>(ResultsFile::reopen(path("results.h5"), frames, particles));
+    if (!results_)
+      results_ = std::make_unique<ResultsFile>(ResultsFile::reopen(path("results.h5"), settings_.case_text, frames, particles));
   }
+
+  void sync() { results_->sync(); }
 
   void energy(Simulation& s) { append_row(energy_, s.clock.time(), s.ledger); }
 
   void frame(const Simulation& s) {
     if (last_frame_ == s.clock.step) return;
-    last_frame_ = s.clock.step;
     flush_energy();
     if (settings_.trajectory) results_->append_frame(s);
     if (frames_) frames_->append(s);
+    last_frame_ = s.clock.step;
   }
 
   // Tables and headline numbers; complete after every call.
@@ -80,7 +85,7 @@ class Writer {
     flush_energy();
     for (const Table& table : tables) {
       save(table.name + ".csv", csv_of(table));
-      results_->append_rows(table, 0);
+      results_->write_table(table);
     }
     results_->write_headlines(headlines);
     results_->flush();
@@ -117,7 +122,8 @@ class Writer {
   std::vector<std::string> files_;
 };
 
-std::vector<Headline> headlines_of(const Simulation& s, const Observers& observers, const OutputSettings& settings, const RunSummary& summary) {
+std::vector<Headline> headlines_of(const Simulation& s, const Observers& observers, const OutputSettings& settings,
+                                   const RunSummary& summary) {
   std::vector<Headline> all = observers.headlines();
   all.insert(all.end(), settings.headlines.begin(), settings.headlines.end());
   const double particle_steps = static_cast<double>(summary.steps) * static_cast<double>(s.particles.owned);
@@ -131,6 +137,13 @@ std::vector<Headline> headlines_of(const Simulation& s, const Observers& observe
   add("particle_steps_per_second", summary.wall_clock > 0 ? particle_steps / summary.wall_clock : 0, "1/s", "speed of the run");
   add("wall_clock", summary.wall_clock, "s", "how long the run took");
   return all;
+}
+
+// After the sentence that says what could not be written.
+std::string aftermath(double time, std::optional<double> last_checkpoint) {
+  const std::string stopped = fmt::format(" The run stopped at t = {:.6g} s; what was written before can be read", time);
+  if (!last_checkpoint) return stopped + ", and there was no checkpoint yet: begin anew once this is put right.";
+  return stopped + fmt::format(", and --resume goes on from the checkpoint at t = {:.6g} s once this is put right.", *last_checkpoint);
 }
 
 std::string listed(const std::vector<std::string>& words) {
@@ -152,12 +165,13 @@ std::vector<ShellMark> shell_marks(const MillView& view, const std::vector<Headl
 }
 
 // Tables and pictures of what has been reached; called at the end, also of a run that fails.
-void conclude(Simulation& s, Observers& observers, const OutputSettings& settings, const RunOptions& options, Writer& writer, RunSummary& summary) {
+void conclude(Simulation& s, Observers& observers, const OutputSettings& settings, const RunOptions& options, Writer& writer,
+              RunSummary& summary, bool may_draw) {
   observers.finish(s);
   summary.headlines = headlines_of(s, observers, settings, summary);
   std::vector<Table> tables = observers.tables();
   writer.results(tables, summary.headlines);
-  if (settings.pictures) {
+  if (settings.pictures && may_draw) {
     tables.push_back(writer.energy());
     const std::string title = settings.title.empty() ? settings.name : settings.title;
     Vec3 axis = settings.view_axis;
@@ -190,6 +204,11 @@ RunSummary run_simulation(Simulation& s, Observers& observers, const OutputSetti
   const Health health(s);
   const std::string checkpoint_path = options.directory + "/checkpoint";
   Checkpoint checkpoint;
+  std::optional<double> checkpoint_time;
+  if (options.resume && !std::filesystem::exists(options.directory))
+    throw InputError("The directory " + options.directory + " is missing: there is no run to go on with.");
+  make_directory(options.directory);
+  const Claim claim(options.directory);
   if (options.resume) checkpoint = read_checkpoint(checkpoint_path, settings.case_text);
   Writer writer(settings, options.directory);
   const auto archive_run = [&](auto& archive, std::string& state) { archive(state, observers, writer, frame_due, energy_due); };
@@ -198,10 +217,11 @@ RunSummary run_simulation(Simulation& s, Observers& observers, const OutputSetti
     ArchiveReader reader(checkpoint.bytes);
     archive_run(reader, state);
     unpack_state(state, s);
+    checkpoint_time = s.clock.time();
     if (!checkpoint.remark.empty()) summary.remarks.push_back(checkpoint.remark + ".");
   } else {
-    remove_checkpoints(checkpoint_path);
     writer.begin(s);
+    remove_checkpoints(checkpoint_path);
     writer.energy(s);
     writer.frame(s);
     observers.see(s);
@@ -211,11 +231,13 @@ RunSummary run_simulation(Simulation& s, Observers& observers, const OutputSetti
     std::string state = pack_state(s);
     ArchiveWriter archive;
     archive_run(archive, state);
+    writer.sync();  // the checkpoint counts on what the results hold
     write_checkpoint(checkpoint_path, settings.case_text, archive.bytes);
+    checkpoint_time = s.clock.time();
   };
   double next_checkpoint = options.checkpoint_interval;
 
-  std::string failure;
+  std::string failure, unwritten;
   const std::int64_t first_step = s.clock.step;
   try {
     while (s.clock.step < last_step) {
@@ -241,26 +263,39 @@ RunSummary run_simulation(Simulation& s, Observers& observers, const OutputSetti
         next_checkpoint = progress.wall_clock() + options.checkpoint_interval;
       }
     }
+  } catch (const WriteError& error) {
+    unwritten = error.what();
   } catch (const RunError& error) {
     failure = error.what();
+  } catch (const std::bad_alloc&) {
+    failure = fmt::format("at t = {:.6g} s: the memory of this machine is not enough; fewer particles or frames need less", s.clock.time());
   }
   progress.end();
-  summary.finished = failure.empty() && s.clock.step >= last_step;
+  summary.finished = failure.empty() && unwritten.empty() && s.clock.step >= last_step;
   summary.time = s.clock.time();
   summary.steps = s.clock.step - first_step;
   summary.wall_clock = progress.wall_clock();
 
   try {
     s.measure_energy();
-    writer.frame(s);
-    conclude(s, observers, settings, options, writer, summary);
+    if (unwritten.empty()) writer.frame(s);
+    conclude(s, observers, settings, options, writer, summary, unwritten.empty());
   } catch (const std::exception& error) {
-    if (failure.empty()) throw;
-    throw RunError(fmt::format("The run failed {}. Saving what there was failed too: {}", failure, error.what()));
+    if (!failure.empty()) throw RunError(fmt::format("The run failed {}. Saving what there was failed too: {}", failure, error.what()));
+    if (unwritten.empty()) {
+      if (dynamic_cast<const WriteError*>(&error) == nullptr) throw;
+      unwritten = error.what();
+    }
   }
+  if (!unwritten.empty()) throw WriteError(unwritten + aftermath(summary.time, checkpoint_time));
   if (!failure.empty()) {
-    throw RunError(fmt::format("The run failed {}. Saved in {}: the results up to then ({}).", failure, options.directory, listed(summary.files)));
+    throw RunError(
+        fmt::format("The run failed {}. Saved in {}: the results up to then ({}).", failure, options.directory, listed(summary.files)));
   }
+  if (summary.stopped_by != 0)
+    summary.remarks.push_back(fmt::format("Stopped at t = {:.6g} s by {}; {} holds its state, and --resume goes on from it.", summary.time,
+                                          summary.stopped_by == SIGINT ? "^C" : std::string("SIG") + sigabbrev_np(summary.stopped_by),
+                                          checkpoint_path));
   if (summary.finished) remove_checkpoints(checkpoint_path);
   return summary;
 }

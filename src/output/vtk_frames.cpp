@@ -13,8 +13,8 @@
 #include <algorithm>
 #include <numeric>
 #include "src/base/error.hpp"
+#include "src/base/whole_file.hpp"
 #include "src/output/wall_facets.hpp"
-#include "src/output/whole_file.hpp"
 
 namespace quern {
 namespace {
@@ -30,13 +30,13 @@ vtkNew<Array> array(const char* name, int components, std::size_t rows) {
 
 void write(vtkPolyData* data, const std::string& path) {
   vtkNew<vtkXMLPolyDataWriter> writer;
-  writer->SetFileName(aside(path).c_str());
+  writer->WriteToOutputStringOn();
   writer->SetInputData(data);
   writer->SetDataModeToAppended();
   writer->EncodeAppendedDataOff();
   writer->SetCompressorTypeToZLib();
-  if (writer->Write() != 1) throw RunError("The file " + path + " cannot be written: the disk may be full.");
-  put_in_place(path);
+  if (writer->Write() != 1) throw WriteError("The file " + path + " cannot be written: VTK gives no reason.");
+  write_whole_file(path, writer->GetOutputString());
 }
 
 vtkNew<vtkPolyData> balls_of(const Particles& p) {
@@ -127,8 +127,8 @@ void VtkFrames::append(const Simulation& s) {
   }
   ++frames_;
   write_whole_file(directory_ + "/frames.pvd",
-                   "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n  <Collection>\n" + entries_ +
-                       "  </Collection>\n</VTKFile>\n");
+                   "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n  <Collection>\n" +
+                       entries_ + "  </Collection>\n</VTKFile>\n");
 }
 
 }  // namespace quern
