@@ -2,6 +2,7 @@
 // the program can choose at run time. Every operation is IEEE double arithmetic without contraction and the width is
 // eight everywhere, so that all three give the same bits.
 #pragma once
+#include <cstddef>
 #include "src/base/triple.hpp"
 #if defined(__AVX2__)
 #include <immintrin.h>
@@ -131,46 +132,14 @@ QUERN_INLINE double sum(const Pack& a) {
   return ((l[0] + l[1]) + (l[2] + l[3])) + ((l[4] + l[5]) + (l[6] + l[7]));
 }
 
-// Two packs that go through a formula together, so that a processor with many registers has two independent chains to work on.
-struct TwoPacks {
-  Pack a, b;
-  TwoPacks() = default;
-  QUERN_INLINE explicit TwoPacks(double s) : a(s), b(s) {}
-  QUERN_INLINE TwoPacks(const Pack& first, const Pack& second) : a(first), b(second) {}
-};
-struct TwoMasks {
-  Mask a, b;
-};
-QUERN_INLINE TwoPacks operator+(const TwoPacks& x, const TwoPacks& y) { return {x.a + y.a, x.b + y.b}; }
-QUERN_INLINE TwoPacks operator-(const TwoPacks& x, const TwoPacks& y) { return {x.a - y.a, x.b - y.b}; }
-QUERN_INLINE TwoPacks operator*(const TwoPacks& x, const TwoPacks& y) { return {x.a * y.a, x.b * y.b}; }
-QUERN_INLINE TwoPacks operator/(const TwoPacks& x, const TwoPacks& y) { return {x.a / y.a, x.b / y.b}; }
-QUERN_INLINE TwoPacks operator-(const TwoPacks& x) { return {-x.a, -x.b}; }
-QUERN_INLINE TwoPacks& operator+=(TwoPacks& x, const TwoPacks& y) { return x = x + y; }
-QUERN_INLINE TwoMasks operator<(const TwoPacks& x, const TwoPacks& y) { return {x.a < y.a, x.b < y.b}; }
-QUERN_INLINE TwoMasks operator>(const TwoPacks& x, const TwoPacks& y) { return {x.a > y.a, x.b > y.b}; }
-QUERN_INLINE TwoMasks operator&(const TwoMasks& x, const TwoMasks& y) { return {x.a & y.a, x.b & y.b}; }
-QUERN_INLINE TwoPacks select(const TwoMasks& m, const TwoPacks& yes, const TwoPacks& no) { return {select(m.a, yes.a, no.a), select(m.b, yes.b, no.b)}; }
-QUERN_INLINE TwoPacks square_root(const TwoPacks& x) { return {square_root(x.a), square_root(x.b)}; }
-QUERN_INLINE TwoPacks greater(const TwoPacks& x, const TwoPacks& y) { return {greater(x.a, y.a), greater(x.b, y.b)}; }
-QUERN_INLINE TwoPacks lesser(const TwoPacks& x, const TwoPacks& y) { return {lesser(x.a, y.a), lesser(x.b, y.b)}; }
-QUERN_INLINE TwoPacks power(const TwoPacks& x, double exponent) { return {power(x.a, exponent), power(x.b, exponent)}; }
-QUERN_INLINE void store(double* p, const TwoPacks& x) { store(p, x.a), store(p + lanes, x.b); }
-
-// Adds the first `count` lanes, eight at a time.
-QUERN_INLINE void add_first(Pack& to, const Pack& what, int count) { to += select(first_lanes(count < lanes ? count : lanes), what, Pack(0.0)); }
-QUERN_INLINE void add_first(Pack& to, const TwoPacks& what, int count) {
-  add_first(to, what.a, count);
-  add_first(to, what.b, count > lanes ? count - lanes : 0);
-}
+// Adds the first `count` lanes.
+QUERN_INLINE void add_first(Pack& to, const Pack& what, int count) { to += select(first_lanes(count), what, Pack(0.0)); }
 
 // Four columns, one lane for each row.
-template <class P>
-struct Columns {
-  P x, y, z, w;
-  QUERN_INLINE Triple<P> xyz() const { return {x, y, z}; }
+struct QuadPack {
+  Pack x, y, z, w;
+  QUERN_INLINE Triple<Pack> xyz() const { return {x, y, z}; }
 };
-using QuadPack = Columns<Pack>;
 
 // Eight rows of four, wherever row(0..7) says, turned into columns; columns written to such rows; and two sets of columns added to
 // rows of eight, one lane after the other, so that a row may occur more than once.
@@ -298,29 +267,6 @@ QUERN_INLINE void add_double_rows(const QuadPack& first, const QuadPack& second,
 }
 #endif
 
-// The same for two packs.
-template <class Row>
-QUERN_INLINE void gather_rows(Row&& row, QuadPack& to) {
-  to = gather_rows(row);
-}
-template <class Row>
-QUERN_INLINE void gather_rows(Row&& row, Columns<TwoPacks>& to) {
-  const QuadPack a = gather_rows(row), b = gather_rows([&](int k) { return row(k + lanes); });
-  to = {{a.x, b.x}, {a.y, b.y}, {a.z, b.z}, {a.w, b.w}};
-}
-QUERN_INLINE QuadPack first_half(const Columns<TwoPacks>& q) { return {q.x.a, q.y.a, q.z.a, q.w.a}; }
-QUERN_INLINE QuadPack second_half(const Columns<TwoPacks>& q) { return {q.x.b, q.y.b, q.z.b, q.w.b}; }
-template <class Row>
-QUERN_INLINE void scatter_rows(const Columns<TwoPacks>& q, Row&& row) {
-  scatter_rows(first_half(q), row);
-  scatter_rows(second_half(q), [&](int k) { return row(k + lanes); });
-}
-template <class Row>
-QUERN_INLINE void add_double_rows(const Columns<TwoPacks>& first, const Columns<TwoPacks>& second, Row&& row) {
-  add_double_rows(first_half(first), first_half(second), row);
-  add_double_rows(second_half(first), second_half(second), [&](int k) { return row(k + lanes); });
-}
-
 // Two rows of four in one register: half of it, put together, and what happens within each row.
 #if defined(__AVX2__)
 QUERN_INLINE Pack load_two_fours(const double* low, const double* high) { return join(_mm256_loadu_pd(low), _mm256_loadu_pd(high)); }
@@ -367,9 +313,9 @@ QUERN_INLINE Pack sum_of_four(const Pack& a) {
 }
 #endif
 
-// The rows that begin at base + offset[0..7].
-QUERN_INLINE QuadPack gather(const double* base, const Index* offset) {
-  return gather_rows([&](int k) { return base + offset[k]; });
+// The rows that begin at base + width × index[0..7].
+QUERN_INLINE QuadPack gather(const double* base, const Index* index, std::ptrdiff_t width = 1) {
+  return gather_rows([&](int k) { return base + width * index[k]; });
 }
 
 // Whole numbers as indices.

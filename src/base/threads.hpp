@@ -1,5 +1,6 @@
 // A team of threads that stays alive between steps. Work is cut into blocks whose number does not depend on the team,
-// and each block writes only what is its own, so that results do not depend on the number of threads.
+// and each block writes only what is its own, so that results do not depend on the number of threads. Each thread begins with the
+// same share of the blocks every time, whose data are in its cache, and helps the others when that is done.
 #pragma once
 #include <atomic>
 #include <exception>
@@ -33,13 +34,16 @@ class ThreadTeam {
 
  private:
   void run_shared(int blocks, const std::function<void(int)>& work);
-  void take_blocks();
-  void serve();
+  void take_blocks(int me);
+  void serve(int me);
 
   std::vector<std::thread> workers_;
   const std::function<void(int)>* work_ = nullptr;
-  int blocks_ = 0;
-  std::atomic<int> next_block_{0};
+  struct alignas(64) Share {
+    std::atomic<int> next{0};  // block to do
+    int end = 0;
+  };
+  std::vector<Share> shares_;
   std::atomic<int> idle_{0};
   std::atomic<std::uint32_t> round_{0};
   std::atomic<bool> stop_{false};

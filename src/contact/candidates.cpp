@@ -136,13 +136,14 @@ void find_candidates(const SearchRequest& request, const std::vector<KeptContact
 }
 
 void link_halos(std::vector<ContactBlock>& blocks, Index block_size) {
-  for (ContactBlock& block : blocks) block.incoming.clear();
+  for (ContactBlock& block : blocks) block.incoming.clear(), block.outgoing.clear();
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     const std::vector<HaloRow>& halo = blocks[b].halo;
     for (std::size_t from = 0, to; from < halo.size(); from = to) {
       const Index target = halo[from].row / block_size;
       for (to = from; to < halo.size() && halo[to].row / block_size == target;) ++to;
       blocks[at(target)].incoming.push_back({static_cast<Index>(b), static_cast<Index>(from), static_cast<Index>(to)});
+      blocks[b].outgoing.push_back(target);
     }
   }
 }

@@ -26,7 +26,7 @@ struct SearchRequest {
 // Fills block.candidates and block.halo with all pairs nearer than touching by the skin; `kept` pairs take their slots along.
 void find_candidates(const SearchRequest& request, const std::vector<KeptContact>& kept, ContactBlock& block);
 
-// Tells each block which halos hold particles of it.
+// Tells each block which halos hold particles of it, and where its own halo lies.
 void link_halos(std::vector<ContactBlock>& blocks, Index block_size);
 
 }  // namespace quern

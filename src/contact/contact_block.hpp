@@ -103,8 +103,8 @@ struct WallSums {
   Triple<double> torque{};  // about the wall's origin [N m]
 };
 
-// Lists that kernels read are longer than their count by this: two SIMD batches.
-inline constexpr Index list_padding = 16;
+// Lists that kernels read are longer than their count by this: a SIMD batch.
+inline constexpr Index list_padding = 8;
 
 struct ContactBlock {
   Index first = 0, last = 0;               // rows of the particle arrays
@@ -112,6 +112,7 @@ struct ContactBlock {
   std::vector<HaloRow> halo;               // grouped by block, ascending
   std::vector<Load> load;                  // on the block's own particles, on its halo, and on the two idle ones, in this step
   std::vector<Incoming> incoming;          // whose halo holds particles of this block, in the order of the blocks
+  std::vector<Index> outgoing;             // the blocks that the halo lies in
 
   std::vector<WallCandidate> wall_candidates;
   std::vector<Index> triangles;

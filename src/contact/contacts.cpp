@@ -5,7 +5,7 @@
 namespace quern {
 namespace {
 
-constexpr Index particles_per_block = 2048;
+constexpr Index most_per_block = 2048, least_per_block = 512, blocks_wanted = 16;
 constexpr std::int64_t searches_per_sort = 32;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
@@ -80,7 +80,7 @@ Triple<double> search_neighbours(Contacts& contacts, Particles& particles, const
   const Triple<double> moved = wrap_positions(particles, domain);
   if (particles.owned > 0) adapt_skin(contacts, particles);
 
-  const Index wanted = std::max<Index>(particles.owned / particles_per_block, 1);
+  const Index wanted = std::max<Index>(1, particles.owned / std::clamp(particles.owned / blocks_wanted, least_per_block, most_per_block));
   const Index block_size = std::max<Index>(1, (particles.owned + wanted - 1) / wanted);
   const bool recut = contacts.blocks.empty() || contacts.blocks.back().last != particles.owned || block_size != contacts.block_size;
   const bool sorts = contacts.searches % searches_per_sort == 0;

@@ -77,20 +77,18 @@ void find_touching(const StepContext& step, CandidateList& list, ContactBlock& b
 
 // A spring carried along with its contact plane: turned with the normal and with the bodies' common twist about it. Its length
 // changes a little on the way.
-template <class T>
-QUERN_INLINE Triple<T> turned(const Triple<T>& stretch, const Triple<T>& normal, const T& twist) {
-  const Triple<T> flat = stretch - dot(stretch, normal) * normal;
+QUERN_INLINE PackTriple turned(const PackTriple& stretch, const PackTriple& normal, const Pack& twist) {
+  const PackTriple flat = stretch - dot(stretch, normal) * normal;
   return flat + twist * cross(normal, flat);
 }
 
 // Two bodies that touch.
-template <class T>
 struct Bodies {
-  Triple<T> normal;
-  Triple<T> relative_velocity;  // at the contact point
-  Triple<T> spin_difference;    // ω_i − ω_j
-  Triple<T> spin_sum;           // ω_i + ω_j
-  T overlap, effective_radius, contact_radius, effective_mass, inverse_mass;
+  PackTriple normal;
+  PackTriple relative_velocity;  // at the contact point
+  PackTriple spin_difference;    // ω_i − ω_j
+  PackTriple spin_sum;           // ω_i + ω_j
+  Pack overlap, effective_radius, contact_radius, effective_mass, inverse_mass;
 };
 
 // Where contacts remember.
@@ -100,53 +98,66 @@ struct Springs {
 };
 
 // What a contact does, and what is written down of it.
-template <class T>
 struct Answer {
-  Triple<T> force;       // on body i
-  Triple<T> moment;      // rolling moment on body i
-  Triple<T> tangential;  // part of `force`
-  T normal, elastic_energy, normal_loss, tangential_loss, rolling_loss;
-  T normal_velocity;
-  Triple<T> tangential_velocity;
+  PackTriple force;       // on body i
+  PackTriple moment;      // rolling moment on body i
+  PackTriple tangential;  // part of `force`
+  Pack normal, elastic_energy, normal_loss, tangential_loss, rolling_loss;
 };
 
-// The chosen law and rolling model on eight contacts, or sixteen; updates their memory. Each value is made once and never copied
-// as part of a struct: compilers put copied structs into memory.
-template <class T, class Law>
-QUERN_INLINE void answer(const StepContext& step, const Law& law, const Rolling& rolling, const Bodies<T>& bodies, const Springs& springs,
-                         const Index* slot, Answer<T>& result) {
-  const Triple<T> normal = bodies.normal;
-  const T contact_overlap = bodies.overlap;
-  const auto memory = [&](int k) { return springs.sliding + 4 * static_cast<std::ptrdiff_t>(slot[k]); };
-  Columns<T> sliding;
-  gather_rows(memory, sliding);
-  const T one(1.0), zero(0.0), dt(step.time_step), tiny(1e-60);
-  const T twist = T(0.5 * step.time_step) * dot(bodies.spin_sum, normal);
-  const Triple<T> stretch = turned(sliding.xyz(), normal, twist);
+// What the law sees of a contact.
+struct Encounter {
+  Approach<Pack> approach;
+  TangentialSpring<Pack> spring;
+  Pack twist;  // by which springs turned about the normal [rad]
+};
 
-  const T normal_velocity = dot(bodies.relative_velocity, normal);
-  const Triple<T> tangential_velocity = bodies.relative_velocity - normal_velocity * normal;
+// Carries the sliding spring along to where the bodies are now.
+QUERN_INLINE void carry(const StepContext& step, const Bodies& bodies, const Springs& springs, const Index* slot, Encounter& result) {
+  const PackTriple normal = bodies.normal;
+  const Pack contact_overlap = bodies.overlap;
+  const QuadPack sliding = gather(springs.sliding, slot, 4);
+  const Pack one(1.0), zero(0.0), dt(step.time_step), tiny(1e-60);
+  const Pack twist = Pack(0.5 * step.time_step) * dot(bodies.spin_sum, normal);
+  const PackTriple stretch = turned(sliding.xyz(), normal, twist);
+
+  const Pack normal_velocity = dot(bodies.relative_velocity, normal);
+  const PackTriple tangential_velocity = bodies.relative_velocity - normal_velocity * normal;
   // One division for three reciprocals.
-  const T closing = greater(-normal_velocity, tiny), overlap = greater(contact_overlap, tiny);
-  const T turned_square = greater(dot(stretch, stretch), tiny);
-  const T both = closing * overlap, reciprocal = one / (both * turned_square), of_both = reciprocal * turned_square;
-  const T overlap_before = contact_overlap + normal_velocity * dt;
-  const T since_touch = contact_overlap * (of_both * overlap);
+  const Pack closing = greater(-normal_velocity, tiny), overlap = greater(contact_overlap, tiny);
+  const Pack turned_square = greater(dot(stretch, stretch), tiny);
+  const Pack both = closing * overlap, reciprocal = one / (both * turned_square), of_both = reciprocal * turned_square;
+  const Pack overlap_before = contact_overlap + normal_velocity * dt;
+  const Pack since_touch = contact_overlap * (of_both * overlap);
 
-  TangentialSpring<T> spring{stretch, sliding.w, dot(sliding.xyz(), sliding.xyz()) * (reciprocal * both)};
-  const Approach<T> approach{contact_overlap,
-                             normal_velocity,
-                             tangential_velocity,
-                             bodies.effective_radius,
-                             bodies.contact_radius,
-                             bodies.effective_mass,
-                             bodies.inverse_mass,
-                             lesser(one, greater(zero, overlap_before) * (of_both * closing)),
-                             step.time_step,
-                             select(overlap_before < zero, since_touch, T(0.5 * step.time_step)),
-                             step.ahead};
-  const ContactForce<T> contact = law(approach, spring);
-  scatter_rows(Columns<T>{spring.stretch.x, spring.stretch.y, spring.stretch.z, spring.energy}, memory);
+  result.twist = twist;
+  result.spring.stretch = stretch;
+  result.spring.energy = sliding.w;
+  result.spring.restoring = dot(sliding.xyz(), sliding.xyz()) * (reciprocal * both);
+  result.approach.overlap = contact_overlap;
+  result.approach.normal_velocity = normal_velocity;
+  result.approach.tangential_velocity = tangential_velocity;
+  result.approach.effective_radius = bodies.effective_radius;
+  result.approach.contact_radius = bodies.contact_radius;
+  result.approach.effective_mass = bodies.effective_mass;
+  result.approach.inverse_mass = bodies.inverse_mass;
+  result.approach.earlier = lesser(one, greater(zero, overlap_before) * (of_both * closing));
+  result.approach.time_step = step.time_step;
+  result.approach.lead = select(overlap_before < zero, since_touch, Pack(0.5 * step.time_step));
+  result.approach.ahead = step.ahead;
+}
+
+// The chosen law and rolling model; updates the memory. Each value is made once and never copied as part of a struct: compilers put
+// copied structs into memory.
+template <class Law>
+QUERN_INLINE void answer(const Law& law, const Rolling& rolling, const Bodies& bodies, Encounter& met, const Springs& springs, const Index* slot,
+                         Answer& result) {
+  const PackTriple normal = bodies.normal;
+  const Pack zero(0.0);
+  TangentialSpring<Pack> spring = met.spring;
+  const ContactForce<Pack> contact = law(met.approach, spring);
+  scatter_rows(QuadPack{spring.stretch.x, spring.stretch.y, spring.stretch.z, spring.energy},
+               [&](int k) { return springs.sliding + 4 * static_cast<std::ptrdiff_t>(slot[k]); });
   result.force = contact.normal * normal + contact.tangential;
   result.moment = {zero, zero, zero};
   result.tangential = contact.tangential;
@@ -155,18 +166,15 @@ QUERN_INLINE void answer(const StepContext& step, const Law& law, const Rolling&
   result.normal_loss = contact.normal_loss;
   result.tangential_loss = contact.tangential_loss;
   result.rolling_loss = zero;
-  result.normal_velocity = normal_velocity;
-  result.tangential_velocity = tangential_velocity;
   if (rolling.model == RollingModel::none) return;
 
-  const auto rolled = [&](int k) { return springs.rolling + 4 * static_cast<std::ptrdiff_t>(slot[k]); };
-  Columns<T> stored;
-  gather_rows(rolled, stored);
-  const Triple<T> angle = turned(stored.xyz(), normal, twist);
-  TangentialSpring<T> roll{angle, stored.w, dot(stored.xyz(), stored.xyz()) / greater(dot(angle, angle), tiny)};
-  const Triple<T> rolling_velocity = bodies.spin_difference - dot(bodies.spin_difference, normal) * normal;
-  const HeldForce<T> held = rolling(approach, contact, rolling_velocity, roll);
-  scatter_rows(Columns<T>{roll.stretch.x, roll.stretch.y, roll.stretch.z, roll.energy}, rolled);
+  const QuadPack stored = gather(springs.rolling, slot, 4);
+  const PackTriple angle = turned(stored.xyz(), normal, met.twist);
+  TangentialSpring<Pack> roll{angle, stored.w, dot(stored.xyz(), stored.xyz()) / greater(dot(angle, angle), Pack(1e-60))};
+  const PackTriple rolling_velocity = bodies.spin_difference - dot(bodies.spin_difference, normal) * normal;
+  const HeldForce<Pack> held = rolling(met.approach, contact, rolling_velocity, roll);
+  scatter_rows(QuadPack{roll.stretch.x, roll.stretch.y, roll.stretch.z, roll.energy},
+               [&](int k) { return springs.rolling + 4 * static_cast<std::ptrdiff_t>(slot[k]); });
   result.moment = held.force;
   result.elastic_energy = contact.elastic_energy + roll.energy;
   result.rolling_loss = held.loss;
@@ -174,8 +182,7 @@ QUERN_INLINE void answer(const StepContext& step, const Law& law, const Rolling&
 
 struct Sums {
   Pack elastic{0.0}, normal{0.0}, sliding{0.0}, rolling{0.0};
-  template <class T>
-  QUERN_INLINE void add(const Answer<T>& a, int count) {
+    QUERN_INLINE void add(const Answer& a, int count) {
     add_first(elastic, a.elastic_energy, count);
     add_first(normal, a.normal_loss, count);
     add_first(sliding, a.tangential_loss, count);
@@ -189,17 +196,15 @@ struct Sums {
   }
 };
 
-template <class T>
-QUERN_INLINE void write_down(const StepContext& step, const Bodies<T>& b, const Answer<T>& a, CollisionRecord* record, const Index* slot, int count) {
-  constexpr int most = sizeof(T) / sizeof(double);
-  alignas(64) double vn[most], vt[most], fn[most], overlap[most], ln[most], lt[most], mass[most];
-  store(vn, a.normal_velocity);
-  store(vt, length(a.tangential_velocity));
+QUERN_INLINE void write_down(const StepContext& step, const Encounter& met, const Answer& a, CollisionRecord* record, const Index* slot, int count) {
+  alignas(64) double vn[lanes], vt[lanes], fn[lanes], overlap[lanes], ln[lanes], lt[lanes], mass[lanes];
+  store(vn, met.approach.normal_velocity);
+  store(vt, length(met.approach.tangential_velocity));
   store(fn, a.normal);
-  store(overlap, b.overlap);
+  store(overlap, met.approach.overlap);
   store(ln, a.normal_loss);
   store(lt, a.tangential_loss + a.rolling_loss);
-  store(mass, b.effective_mass);
+  store(mass, met.approach.effective_mass);
   for (int k = 0; k < count; ++k) {
     CollisionRecord& r = record[slot[k]];
     if (r.start_time < 0) {
@@ -218,37 +223,29 @@ QUERN_INLINE void write_down(const StepContext& step, const Bodies<T>& b, const 
 QUERN_INLINE void add_to(Quad& to, const Quad& row) { to.x += row.x, to.y += row.y, to.z += row.z; }
 
 // A batch of pairs on its way from the positions to the forces.
-template <class T>
 struct PairBatch {
-  Bodies<T> bodies;
-  T arm_i, arm_j;  // from the centres to the contact point
-  Answer<T> answer;
+  Bodies bodies;
+  Pack arm_i, arm_j;  // from the centres to the contact point
+  Encounter met;
+  Answer answer;
 };
 
-template <class T>
-QUERN_INLINE Columns<T> rows_at(const double* base, const Index* offset) {
-  Columns<T> columns;
-  gather_rows([&](int k) { return base + offset[k]; }, columns);
-  return columns;
-}
-
-template <class T>
-QUERN_INLINE void meet(const Workspace& work, const Index* i, const Index* j, PairBatch<T>& batch) {
+QUERN_INLINE void meet(const Workspace& work, const Index* i, const Index* j, PairBatch& batch) {
   const double *position = &work.position[0].x, *velocity = &work.velocity[0].x, *spin = &work.spin[0].x;
-  const Columns<T> xi = rows_at<T>(position, i), xj = rows_at<T>(position, j);
-  const Columns<T> vi = rows_at<T>(velocity, i), vj = rows_at<T>(velocity, j);
-  const Columns<T> wi = rows_at<T>(spin, i), wj = rows_at<T>(spin, j);
-  const Triple<T> apart = xi.xyz() - xj.xyz();
+  const QuadPack xi = gather(position, i), xj = gather(position, j);
+  const QuadPack vi = gather(velocity, i), vj = gather(velocity, j);
+  const QuadPack wi = gather(spin, i), wj = gather(spin, j);
+  const PackTriple apart = xi.xyz() - xj.xyz();
   // One division for four reciprocals.
-  const T distance = square_root(dot(apart, apart)), radii = xi.w + xj.w, masses = vi.w + vj.w, product = vi.w * vj.w;
-  const T lengths = distance * radii, weights = masses * product, reciprocal = T(1.0) / (lengths * weights);
-  const T of_lengths = reciprocal * weights, of_weights = reciprocal * lengths;
-  const Triple<T> normal = (of_lengths * radii) * apart;
-  const T overlap = greater(T(0.0), radii - distance);
-  const T arm_i = xi.w - T(0.5) * overlap, arm_j = xj.w - T(0.5) * overlap;
+  const Pack distance = square_root(dot(apart, apart)), radii = xi.w + xj.w, masses = vi.w + vj.w, product = vi.w * vj.w;
+  const Pack lengths = distance * radii, weights = masses * product, reciprocal = Pack(1.0) / (lengths * weights);
+  const Pack of_lengths = reciprocal * weights, of_weights = reciprocal * lengths;
+  const PackTriple normal = (of_lengths * radii) * apart;
+  const Pack overlap = greater(Pack(0.0), radii - distance);
+  const Pack arm_i = xi.w - Pack(0.5) * overlap, arm_j = xj.w - Pack(0.5) * overlap;
   batch.bodies.normal = normal;
   batch.bodies.overlap = overlap;
-  const T effective_radius = xi.w * xj.w * (of_lengths * distance);
+  const Pack effective_radius = xi.w * xj.w * (of_lengths * distance);
   batch.bodies.effective_radius = effective_radius;
   batch.bodies.contact_radius = square_root(effective_radius * overlap);
   batch.bodies.effective_mass = product * (of_weights * product);
@@ -260,18 +257,17 @@ QUERN_INLINE void meet(const Workspace& work, const Index* i, const Index* j, Pa
   batch.arm_j = arm_j;
 }
 
-template <class T>
-QUERN_INLINE void pull(const PairBatch<T>& batch, const Index* i, const Index* j, double* loads) {
-  const Triple<T> force = batch.answer.force, moment = batch.answer.moment;
-  const Triple<T> twist = cross(batch.bodies.normal, batch.answer.tangential);
-  const Triple<T> on_i = moment - batch.arm_i * twist, on_j = (-batch.arm_j) * twist - moment;
-  const T zero(0.0);
-  add_double_rows(Columns<T>{force.x, force.y, force.z, zero}, Columns<T>{on_i.x, on_i.y, on_i.z, zero}, [&](int k) { return loads + 2 * i[k]; });
-  add_double_rows(Columns<T>{-force.x, -force.y, -force.z, zero}, Columns<T>{on_j.x, on_j.y, on_j.z, zero},
+QUERN_INLINE void pull(const PairBatch& batch, const Index* i, const Index* j, double* loads) {
+  const PackTriple force = batch.answer.force, moment = batch.answer.moment;
+  const PackTriple twist = cross(batch.bodies.normal, batch.answer.tangential);
+  const PackTriple on_i = moment - batch.arm_i * twist, on_j = (-batch.arm_j) * twist - moment;
+  const Pack zero(0.0);
+  add_double_rows(QuadPack{force.x, force.y, force.z, zero}, QuadPack{on_i.x, on_i.y, on_i.z, zero}, [&](int k) { return loads + 2 * i[k]; });
+  add_double_rows(QuadPack{-force.x, -force.y, -force.z, zero}, QuadPack{on_j.x, on_j.y, on_j.z, zero},
                   [&](int k) { return loads + 2 * j[k]; });
 }
 
-// A chunk of batches goes through each stage together: their square roots and divisions wait for nothing but their own batch, and
+// A chunk of batches goes through each stage lanes: their square roots and divisions wait for nothing but their own batch, and
 // a processor that looks some hundred instructions ahead works on several batches at a time.
 template <class Law>
 void pair_forces_of(const StepContext& context, const Law& chosen, const Rolling& chosen_rolling, ContactBlock& block, Workspace& work) {
@@ -281,26 +277,30 @@ void pair_forces_of(const StepContext& context, const Law& chosen, const Rolling
   const Rolling rolling = chosen_rolling;
   const Springs springs(block);
   const Index active = work.active;
-  using T = Pack;
-  constexpr int together = sizeof(T) / sizeof(double), chunk = 8;
-  PairBatch<T> batches[chunk];
+  constexpr int chunk = 8;
+  PairBatch batches[chunk];
   double* loads = &block.load[0].force.x;
   Sums sums;
-  for (Index from = 0; from < active; from += chunk * together) {
-    const Index to = active - from < chunk * together ? active : from + chunk * together;
-    PairBatch<T>* batch = batches;
-    for (Index at = from; at < to; at += together) meet(work, work.first.data() + at, work.second.data() + at, *batch++);
-    batch = batches;
-    for (Index at = from; at < to; at += together, ++batch) {
-      answer(step, law, rolling, batch->bodies, springs, work.slot.data() + at, batch->answer);
-      sums.add(batch->answer, to - at < together ? to - at : together);
+  for (Index from = 0; from < active; from += chunk * lanes) {
+    const Index to = active - from < chunk * lanes ? active : from + chunk * lanes;
+    PairBatch* batch = batches;
+    for (Index at = from; at < to; at += lanes) {
+      for (int k = 0; k < lanes; ++k) __builtin_prefetch(springs.sliding + 4 * static_cast<std::ptrdiff_t>(work.slot[static_cast<std::size_t>(at + k)]), 1);
+      meet(work, work.first.data() + at, work.second.data() + at, *batch++);
     }
     batch = batches;
-    for (Index at = from; at < to; at += together) pull(*batch++, work.first.data() + at, work.second.data() + at, loads);
+    for (Index at = from; at < to; at += lanes, ++batch) carry(step, batch->bodies, springs, work.slot.data() + at, batch->met);
+    batch = batches;
+    for (Index at = from; at < to; at += lanes, ++batch) {
+      answer(law, rolling, batch->bodies, batch->met, springs, work.slot.data() + at, batch->answer);
+      sums.add(batch->answer, to - at < lanes ? to - at : lanes);
+    }
+    batch = batches;
+    for (Index at = from; at < to; at += lanes) pull(*batch++, work.first.data() + at, work.second.data() + at, loads);
     if (!block.records) continue;
     batch = batches;
-    for (Index at = from; at < to; at += together, ++batch)
-      write_down(step, batch->bodies, batch->answer, block.record.data(), work.slot.data() + at, to - at < together ? to - at : together);
+    for (Index at = from; at < to; at += lanes, ++batch)
+      write_down(step, batch->met, batch->answer, block.record.data(), work.slot.data() + at, to - at < lanes ? to - at : lanes);
   }
   sums.flush(block.sums);
   block.sums.pair_contacts += active;
@@ -334,7 +334,7 @@ void wall_forces_of(const StepContext& step, const Law& law, const Rolling& roll
     const QuadPack normal = gather_rows([&](int k) { return &touch[batch.j[k]].normal.x; });
     const QuadPack wall_velocity = gather_rows([&](int k) { return &touch[batch.j[k]].velocity.x; });
     const QuadPack wall_spin = gather_rows([&](int k) { return &touch[batch.j[k]].spin.x; });
-    Bodies<Pack> b;
+    Bodies b;
     b.normal = normal.xyz();
     const Pack arm = xi.w - normal.w;
     b.spin_difference = wi.xyz() - wall_spin.xyz();
@@ -345,8 +345,10 @@ void wall_forces_of(const StepContext& step, const Law& law, const Rolling& roll
     b.contact_radius = square_root(xi.w * normal.w);
     b.effective_mass = vi.w;
     b.inverse_mass = Pack(1.0) / vi.w;
-    Answer<Pack> a;
-    answer(step, law, rolling, b, springs, batch.slot, a);
+    Encounter met;
+    carry(step, b, springs, batch.slot, met);
+    Answer a;
+    answer(law, rolling, b, met, springs, batch.slot, a);
     sums.add(a, batch.count);
 
     const PackTriple torque = a.moment - arm * cross(b.normal, a.tangential);
@@ -366,7 +368,7 @@ void wall_forces_of(const StepContext& step, const Law& law, const Rolling& roll
       wall.torque = wall.torque - cross(xyz(t.point), f) - m;
       block.sums.wall_work += step.time_step * (dot(f, xyz(t.velocity)) + dot(m, xyz(t.spin)));
     }
-    if (block.records) write_down(step, b, a, block.record.data(), batch.slot, batch.count);
+    if (block.records) write_down(step, met, a, block.record.data(), batch.slot, batch.count);
   }
   sums.flush(block.sums);
   block.sums.wall_contacts += list.size();
@@ -515,8 +517,8 @@ void find_near(const Domain& domain, const CellGrid& grid, const Quad& centre, d
 
 }  // namespace
 
-#define QUERN_TEXT(x) #x
-#define QUERN_NAME(x) QUERN_TEXT(x)
+#define QUERN_TEXPack(x) #x
+#define QUERN_NAME(x) QUERN_TEXPack(x)
 const Kernels kernels{QUERN_NAME(QUERN_ISA), advance, correct, load_block, pair_forces, wall_forces, find_near};
 
 }  // namespace quern::QUERN_ISA

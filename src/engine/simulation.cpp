@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <mutex>
 #include <fmt/format.h>
 #include "src/base/error.hpp"
 #include "src/contact/workspace.hpp"
@@ -84,23 +83,21 @@ void finish_block(Simulation& s, std::size_t mine, double time_step) {
   s.kernels->correct(s.particles, block, time_step, triple(s.gravity));
 }
 
-// Forces on all particles, then their velocities. Pairs look forward only, so once a block and all before it have their forces
-// nobody reads its particles any more: it is finished at once, while it is still in the cache.
+// Forces on all particles, then their velocities. A block is finished, while it is still in the cache, as soon as it and all whose
+// halo holds particles of it have their forces: nobody reads its particles any more then.
 void apply_contacts(Simulation& s, const StepContext& context) {
-  const std::size_t count = s.contacts.blocks.size();
-  std::vector<std::atomic<bool>> ready(count);
-  std::size_t next = 0;  // to finish; guarded by `finishing`
-  std::mutex finishing;
-  const auto finish_ready = [&] {
-    for (; next < count && ready[next].load(std::memory_order_acquire); ++next) finish_block(s, next, context.time_step);
-  };
-  s.team->run(static_cast<int>(count), [&](int b) {
+  std::vector<ContactBlock>& blocks = s.contacts.blocks;
+  std::vector<std::atomic<Index>> awaited(blocks.size());
+  for (std::size_t b = 0; b < blocks.size(); ++b) awaited[b].store(static_cast<Index>(blocks[b].incoming.size()) + 1, std::memory_order_relaxed);
+  s.team->run(static_cast<int>(blocks.size()), [&](int b) {
     const auto mine = static_cast<std::size_t>(b);
-    find_forces(s, context, s.contacts.blocks[mine]);
-    ready[mine].store(true, std::memory_order_release);
-    if (const std::unique_lock lock(finishing, std::try_to_lock); lock.owns_lock()) finish_ready();
+    find_forces(s, context, blocks[mine]);
+    const auto tell = [&](std::size_t block) {
+      if (awaited[block].fetch_sub(1, std::memory_order_acq_rel) == 1) finish_block(s, block, context.time_step);
+    };
+    tell(mine);
+    for (Index target : blocks[mine].outgoing) tell(at(target));
   });
-  finish_ready();  // what became ready while another thread held the lock
 }
 
 // Collects what the blocks noted, in their order.
