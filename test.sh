@@ -12,9 +12,8 @@ if [ "${1:-}" = --sanitize ]; then
   esac
   shift 2
   export ASAN_OPTIONS=${ASAN_OPTIONS:-detect_stack_use_after_return=1}
-  export LSAN_OPTIONS=${LSAN_OPTIONS:-suppressions=$here/.ci/leaks_of_others:print_suppressions=0}
   export UBSAN_OPTIONS=${UBSAN_OPTIONS:-print_stacktrace=1}
-  export TSAN_OPTIONS=${TSAN_OPTIONS:-suppressions=$here/.ci/races_of_others:halt_on_error=1}
+  export TSAN_OPTIONS=${TSAN_OPTIONS:-halt_on_error=1}
 fi
 "$here/.ci/prepare" "$preset"
 cd "$here"
