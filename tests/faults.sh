@@ -50,7 +50,8 @@ root=no
 [ "$(id -u)" -eq 0 ] && root=yes
 instrumented=no
 grep -q __asan_init "$quern" && instrumented=yes
-grep -q __tsan_init "$quern" && instrumented=yes
+waits=yes  # a signal reaches a program that waits for a file to open, but not under the thread sanitizer
+grep -q __tsan_init "$quern" && instrumented=yes waits=no
 
 # ---- what is asked of every fault
 
@@ -152,28 +153,30 @@ says 130 'Stopped at t = ' '--resume'
 goes_on broken
 rm -rf broken
 
-fault "SIGINT again while the run is ending"
-start broken
-mkfifo broken/energy.csv.part  # nobody reads: writing the table takes for ever
-kill -INT $process
-sleep 1
-kill -INT $process
-finish
-says 130 'Stopped at once' 'checkpoint'
-opens broken
-rm broken/energy.csv.part
-goes_on broken
-rm -rf broken
+if [ $waits = yes ]; then
+  fault "SIGINT again while the run is ending"
+  start broken
+  mkfifo broken/energy.csv.part  # nobody reads: writing the table takes for ever
+  kill -INT $process
+  sleep 1
+  kill -INT $process
+  finish
+  says 130 'Stopped at once' 'checkpoint'
+  opens broken
+  rm broken/energy.csv.part
+  goes_on broken
+  rm -rf broken
 
-fault "SIGINT before the run has begun"
-mkfifo slow.toml
-"$quern" run slow.toml --out broken > words 2> error &
-process=$!
-sleep 0.3
-kill -INT $process
-finish
-says 130 'before the run began' 'nothing was written'
-[ ! -e broken ] || wrong "a folder was made"
+  fault "SIGINT before the run has begun"
+  mkfifo slow.toml
+  "$quern" run slow.toml --out broken > words 2> error &
+  process=$!
+  sleep 0.3
+  kill -INT $process
+  finish
+  says 130 'before the run began' 'nothing was written'
+  [ ! -e broken ] || wrong "a folder was made"
+fi
 
 fault "SIGKILL, again and again"
 start broken
@@ -525,21 +528,23 @@ sweep
 [ "$status" -eq 0 ] && [ "$(wc -l < sweep/sweep.csv)" -eq 3 ] || wrong "the sweep does not go on"
 rm -rf sweep
 
-fault "a sweep is stopped"
-mkdir -p sweep
-mkfifo sweep/sweep.csv.part  # nobody reads: the sweep waits here after its first run
-"$quern" sweep case.toml --set pair.steel.steel.friction=0.3,0.4 --set duration="50 ms" -j 1 --out sweep > words 2> error &
-process=$!
-until grep -q 1/2 words; do sleep 0.01; done
-kill -TERM $process
-sleep 0.7
-kill -TERM $process
-finish
-says 143 'Stopped at once'
-rm sweep/sweep.csv.part
-sweep
-[ "$status" -eq 0 ] && grep -q '1 of 2 runs are finished already' words && [ "$(wc -l < sweep/sweep.csv)" -eq 3 ] || wrong "the sweep does not go on"
-rm -rf sweep
+if [ $waits = yes ]; then
+  fault "a sweep is stopped"
+  mkdir -p sweep
+  mkfifo sweep/sweep.csv.part  # nobody reads: the sweep waits here after its first run
+  "$quern" sweep case.toml --set pair.steel.steel.friction=0.3,0.4 --set duration="50 ms" -j 1 --out sweep > words 2> error &
+  process=$!
+  until grep -q 1/2 words; do sleep 0.01; done
+  kill -TERM $process
+  sleep 0.7
+  kill -TERM $process
+  finish
+  says 143 'Stopped at once'
+  rm sweep/sweep.csv.part
+  sweep
+  [ "$status" -eq 0 ] && grep -q '1 of 2 runs are finished already' words && [ "$(wc -l < sweep/sweep.csv)" -eq 3 ] || wrong "the sweep does not go on"
+  rm -rf sweep
+fi
 
 # ---- what the system gives
 
