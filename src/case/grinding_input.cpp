@@ -1,0 +1,318 @@
+#include "src/case/grinding_input.hpp"
+#include <fmt/format.h>
+#include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <set>
+#include "src/base/error.hpp"
+#include "src/base/units.hpp"
+#include "src/case/csv.hpp"
+#include "src/case/keys.hpp"
+#include "src/grinding/passing_size.hpp"
+
+namespace quern {
+namespace {
+
+constexpr const char* energy_rate = "impact_energy_rate";
+
+bool is_digits(std::string_view text) { return !text.empty() && std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c); }); }
+
+// "D80" or "d80".
+bool is_measure(const std::string& name) { return name.size() > 1 && (name[0] == 'D' || name[0] == 'd') && is_digits(std::string_view(name).substr(1)); }
+
+// The rows of one operating point.
+struct Group {
+  std::string label;
+  std::vector<std::size_t> rows;
+};
+
+struct Reader {
+  const GrindingRequest& request;
+  TextTable table;
+  GrindingStudy study;
+  std::vector<Group> groups;
+  std::vector<int> conditions;  // columns
+  int time = -1;
+  double time_factor = 1;
+
+  explicit Reader(const GrindingRequest& r) : request(r), table(read_cells(r.file)) {}
+
+  [[noreturn]] void refuse_file(const std::string& what) const { throw InputError(fmt::format("{}:{}: {}.", table.file, table.header_line, what)); }
+
+  bool sieved() const { return table.find("size") >= 0; }
+
+  int required(const std::string& name, const std::string& example) const {
+    const int column = table.find(name);
+    if (column >= 0) return column;
+    const std::string near = nearest_word(name, table.names);
+    refuse_file(fmt::format("the column {} is missing; needed is {}{}", name, example, near.empty() ? "" : fmt::format(". The nearest here is {}", near)));
+  }
+
+  UnitFactor with_unit(int column, const std::vector<std::string>& allowed, const char* example) const {
+    if (table.units[static_cast<std::size_t>(column)].empty()) refuse_file(fmt::format("column {} has no unit; write {}", table.names[static_cast<std::size_t>(column)], example));
+    return unit_of(table, column, allowed);
+  }
+
+  void read_columns() {
+    time = required("t", "`t [s]` or another unit of time, or `t [1]` to count passes");
+    const UnitFactor of_time = with_unit(time, {"s", "1"}, "`t [s]` or `t [min]`");
+    study.time_unit = of_time.si, time_factor = of_time.factor;
+    std::set<int> known = {time, table.find("run")};
+    std::vector<int> sizes;
+    if (sieved()) {
+      study.measures = {"D80", "D50"};
+      sizes.push_back(table.find("size"));
+      if (table.find("percent") < 0 && table.find("finer") < 0) refuse_file("beside `size` the column `percent` (of each class) or `finer` (passing fraction) is needed");
+      known.insert({table.find("percent"), table.find("finer"), sizes[0]});
+    } else {
+      for (int k = 0; k < static_cast<int>(table.names.size()); ++k) {
+        const std::string& name = table.names[static_cast<std::size_t>(k)];
+        if (!is_measure(name)) continue;
+        study.measures.push_back(name);
+        sizes.push_back(k);
+        for (const char* more : {"", "_sd", "_limit"}) known.insert(table.find(name + more));
+      }
+      if (sizes.empty()) refuse_file("no column of sizes is there; needed is `D80 [um]`, `D50 [um]`, or `size [um]` with `percent` or `finer`");
+    }
+    const UnitFactor of_size = with_unit(sizes[0], {"m", "1"}, "`D80 [um]`");
+    study.size_unit = of_size.si;
+    study.shown_size = of_size.factor, study.shown_size_unit = table.units[static_cast<std::size_t>(sizes[0])];
+    for (const std::string& measure : study.measures)
+      if (!sieved()) with_unit(table.find(measure), {study.size_unit}, "`D80 [um]`");
+    for (int k = 0; k < static_cast<int>(table.names.size()); ++k)
+      if (!known.count(k)) conditions.push_back(k);
+  }
+
+  void group_rows() {
+    const int run = table.find("run");
+    for (std::size_t row = 0; row < table.rows.size(); ++row) {
+      std::string label = run >= 0 ? table.rows[row][static_cast<std::size_t>(run)] : "";
+      if (run >= 0 && label.empty()) table.refuse(row, run, "is empty; needed is a name for the series");
+      if (run < 0)
+        for (const int k : conditions) {
+          const auto c = static_cast<std::size_t>(k);
+          label += (label.empty() ? "" : ", ") + table.names[c] + " " + table.rows[row][c] + (table.units[c].empty() || table.units[c] == "1" ? "" : " " + table.units[c]);
+        }
+      if (label.empty()) label = "all";
+      auto group = std::find_if(groups.begin(), groups.end(), [&](const Group& g) { return g.label == label; });
+      if (group == groups.end()) group = groups.insert(groups.end(), Group{label, {}});
+      group->rows.push_back(row);
+    }
+  }
+
+  double time_at(std::size_t row) const {
+    const double t = number_in(table, row, time) * time_factor;
+    if (t < 0) table.refuse(row, time, fmt::format("found {}; allowed are times from 0", table.rows[row][static_cast<std::size_t>(time)]));
+    return t;
+  }
+
+  // A number in a column that must be the same in all rows of a group.
+  double constant(const Group& group, int column) const {
+    const double value = number_in(table, group.rows[0], column);
+    for (const std::size_t row : group.rows)
+      if (number_in(table, row, column) != value)
+        table.refuse(row, column, fmt::format("found {} where {} has {} before; it must be the same in a run", table.rows[row][static_cast<std::size_t>(column)], group.label, value));
+    return value;
+  }
+
+  std::optional<double> limit_of(const Group& group, const std::string& measure) const {
+    std::optional<double> limit;
+    for (const std::string& words : request.limits) {
+      const auto equals = words.find('=');
+      const std::string name = equals == words.npos ? measure : words.substr(0, equals), quantity = equals == words.npos ? words : words.substr(equals + 1);
+      if (std::find(study.measures.begin(), study.measures.end(), name) == study.measures.end())
+        throw InputError(fmt::format("--limit {}: found {}; this file has {}.", words, name, fmt::join(study.measures, ", ")));
+      if (name != measure) continue;
+      try {
+        limit = Units().read(quantity, study.size_unit);
+      } catch (const InputError& e) {
+        throw InputError(fmt::format("--limit {}: {}.", words, e.what()));
+      }
+      if (*limit < 0) throw InputError(fmt::format("--limit {}: allowed is a size from 0.", words));
+    }
+    const int column = table.find(measure + "_limit");
+    if (limit || column < 0) return limit;
+    limit = constant(group, column) * with_unit(column, {study.size_unit}, "`D80_limit [um]`").factor;
+    if (*limit < 0) table.refuse(group.rows[0], column, "allowed is a size from 0");
+    return limit;
+  }
+
+  SizeSeries sizes_of(const Group& group, const std::string& measure) const {
+    const int column = table.find(measure), deviation = table.find(measure + "_sd");
+    const double factor = unit_of(table, column, {study.size_unit}).factor;
+    SizeSeries series;
+    for (const std::size_t row : group.rows) {
+      if (table.rows[row][static_cast<std::size_t>(column)].empty()) continue;  // not measured at this time
+      const double t = time_at(row), size = number_in(table, row, column) * factor;
+      if (!series.times.empty() && t < series.times.back()) table.refuse(row, time, fmt::format("the times of {} do not ascend: found {:g} {} after {:g} {}", group.label, t, study.time_unit, series.times.back(), study.time_unit));
+      if (!(size > 0)) table.refuse(row, column, "allowed are sizes above 0");
+      series.times.push_back(t), series.sizes.push_back(size);
+      if (deviation < 0) continue;
+      const double sd = number_in(table, row, deviation) * unit_of(table, deviation, {study.size_unit}).factor;
+      if (!(sd > 0)) table.refuse(row, deviation, "allowed are standard deviations above 0");
+      series.weights.push_back(1 / (sd * sd));
+    }
+    // Only their ratios matter; a mean of 1 keeps the scatter readable as a size.
+    double sum = 0;
+    for (const double w : series.weights) sum += w;
+    for (double& w : series.weights) w *= static_cast<double>(series.weights.size()) / sum;
+    return series;
+  }
+
+  SizeSeries passing_sizes(const Group& group, const std::string& measure) {
+    const int size = table.find("size"), percent = table.find("percent"), amount = percent >= 0 ? percent : table.find("finer");
+    const double factor = unit_of(table, size, {study.size_unit}).factor, part = percent >= 0 ? 1 : unit_of(table, amount, {"1"}).factor;
+    std::map<double, std::map<double, double>> samples;
+    std::map<double, std::size_t> row_of;
+    for (const std::size_t row : group.rows) {
+      const double t = time_at(row), x = number_in(table, row, size) * factor, y = number_in(table, row, amount) * part;
+      if (x < 0 || (percent >= 0 && x == 0)) table.refuse(row, size, "allowed are sizes above 0");
+      if (y < 0) table.refuse(row, amount, "allowed are amounts from 0");
+      if (!samples[t].emplace(x, y).second) table.refuse(row, size, fmt::format("this size is there twice for {} at {:g} {}; give repeats a `run` of their own", group.label, t, study.time_unit));
+      row_of.emplace(t, row);
+    }
+    SizeSeries series;
+    for (const auto& [t, sample] : samples) {
+      std::vector<double> sizes, amounts;
+      double sum = 0;
+      for (const auto& [x, y] : sample) {
+        if (percent < 0 && !amounts.empty() && y < amounts.back()) table.refuse(row_of[t], amount, fmt::format("the passing fraction of {} at {:g} {} falls with the size", group.label, t, study.time_unit));
+        sizes.push_back(x), amounts.push_back(y), sum += y;
+      }
+      constexpr double whole = 100, rounding = 2;
+      if (percent >= 0 && std::abs(sum - whole) > rounding && measure == study.measures[0])
+        study.remarks.push_back(fmt::format("The classes of {} at {:g} {} sum to {:.1f} %; they are taken as parts of their sum.", group.label, t, study.time_unit, sum));
+      const double fraction = std::stod(measure.substr(1)) / 100;
+      const double d = percent >= 0 ? passing_size_of_classes(sizes, amounts, fraction) : passing_size(sizes, amounts, fraction);
+      if (!std::isfinite(d) || !(d > 0)) table.refuse(row_of[t], amount, fmt::format("{} of {} at {:g} {} lies outside the sizes given", measure, group.label, t, study.time_unit));
+      series.times.push_back(t), series.sizes.push_back(d);
+    }
+    return series;
+  }
+
+  // Too few, or growing beyond their scatter.
+  void check_series(const Group& group, const SizeSeries& s, const std::string& measure, bool known_limit) const {
+    const std::size_t row = group.rows.back();
+    const int column = sieved() ? table.find("size") : table.find(measure);
+    const std::set<double> times(s.times.begin(), s.times.end());
+    const std::size_t needed = known_limit ? 2 : 3;
+    if (times.size() < needed)
+      table.refuse(row, column, fmt::format("{} has {} of {} at {} time{}; {} are needed{}", group.label, s.sizes.size(), measure, times.size(), times.size() == 1 ? "" : "s", needed,
+                                            known_limit ? "" : fmt::format(" where the limit is not known, or 2 with `{}_limit` or --limit", measure)));
+    const auto n = static_cast<double>(s.times.size());
+    double t = 0, d = 0, tt = 0, td = 0, dd = 0;
+    for (std::size_t k = 0; k < s.times.size(); ++k) t += s.times[k] / n, d += s.sizes[k] / n;
+    for (std::size_t k = 0; k < s.times.size(); ++k) tt += std::pow(s.times[k] - t, 2), td += (s.times[k] - t) * (s.sizes[k] - d), dd += std::pow(s.sizes[k] - d, 2);
+    const double unexplained = std::max(0.0, dd - td * td / tt);
+    const bool sure = n < 3 || td * td / tt > std::pow(boost::math::quantile(boost::math::students_t(n - 2), 0.975), 2) * unexplained / (n - 2);
+    if (td > 0 && sure)
+      table.refuse(row, column, fmt::format("the {} of {} grow, from {:g} to {:g} {}; kinetics of grinding needs sizes that fall", measure, group.label, s.sizes.front() / study.shown_size,
+                                            s.sizes.back() / study.shown_size, study.shown_size_unit));
+    if (std::all_of(s.sizes.begin(), s.sizes.end(), [&](double size) { return size == s.sizes[0]; }))
+      table.refuse(row, column, fmt::format("the {} of {} are all the same; kinetics of grinding needs sizes that fall", measure, group.label));
+  }
+
+  void read_against() {
+    int column = -1;
+    if (!request.against.empty()) {
+      column = table.find(request.against);
+      if (column < 0) {
+        std::vector<std::string> names;
+        for (const int k : conditions) names.push_back(table.names[static_cast<std::size_t>(k)]);
+        throw InputError(fmt::format("--against {}: {} has no such column{}.", request.against, table.file, names.empty() ? "" : fmt::format("; allowed is one of {}", fmt::join(names, ", "))));
+      }
+    } else {
+      for (const char* name : {energy_rate, "E_i"})
+        if (column < 0) column = table.find(name);
+      if (column < 0 && conditions.size() == 1) column = conditions[0];
+    }
+    if (column < 0) return;
+    const auto c = static_cast<std::size_t>(column);
+    const bool energy = table.names[c] == energy_rate || table.names[c] == "E_i";
+    study.x_name = energy ? "E_i" : table.names[c];
+    study.x_unit = energy ? "W" : table.units[c].empty() ? "1" : table.units[c];
+    const double factor = energy ? with_unit(column, {"W"}, "`E_i [W]`").factor : 1;
+    for (std::size_t k = 0; k < groups.size(); ++k) {
+      const double x = constant(groups[k], column) * factor;
+      if (!(x > 0)) table.refuse(groups[k].rows[0], column, fmt::format("found {}; allowed are numbers above 0", table.rows[groups[k].rows[0]][c]));
+      study.points[k].x = x;
+    }
+  }
+
+  // Which row of the sweep a group belongs to.
+  std::size_t row_in(const TextTable& sweep, const Group& group, const std::vector<std::pair<int, int>>& shared) const {
+    std::vector<std::size_t> found;
+    const int directory = sweep.find("directory");
+    for (std::size_t row = 0; row < sweep.rows.size(); ++row)
+      if (directory >= 0 && sweep.rows[row][static_cast<std::size_t>(directory)] == group.label) return row;
+    for (std::size_t row = 0; row < sweep.rows.size() && !shared.empty(); ++row) {
+      const bool same = std::all_of(shared.begin(), shared.end(), [&](const std::pair<int, int>& both) {
+        const std::string& here = table.rows[group.rows[0]][static_cast<std::size_t>(both.first)];
+        const std::string& there = sweep.rows[row][static_cast<std::size_t>(both.second)];
+        const std::string& si = sweep.units[static_cast<std::size_t>(both.second)];
+        if (si.empty()) return here == there;
+        const double a = number_in(table, group.rows[0], both.first) * unit_of(table, both.first, {si}).factor, b = number_in(sweep, row, both.second);
+        constexpr double rounding = 1e-6;
+        return std::abs(a - b) <= rounding * std::max(std::abs(a), std::abs(b));
+      });
+      if (same) found.push_back(row);
+    }
+    if (found.size() == 1) return found[0];
+    throw InputError(fmt::format("{}:{}: {} matches {} of the {} runs in {}; `run` must name their folders, or columns such as `{}` what was swept.", table.file, table.lines[group.rows[0]], group.label,
+                                 found.size(), sweep.rows.size(), sweep.file, sweep.names[0]));
+  }
+
+  void read_sweep() {
+    const TextTable sweep = read_cells((std::filesystem::path(request.sweep) / "sweep.csv").string());
+    const int energy = sweep.find(energy_rate), from = sweep.find(std::string(energy_rate) + "_from"), to = sweep.find(std::string(energy_rate) + "_to");
+    if (energy < 0) throw InputError(fmt::format("{}:{}: the column {} is missing; run the sweep with --set observe.spectrum=true.", sweep.file, sweep.header_line, energy_rate));
+    std::vector<std::pair<int, int>> shared;
+    for (const int k : conditions) {
+      const std::string& name = table.names[static_cast<std::size_t>(k)];
+      for (int j = 0; j < energy; ++j) {
+        const std::string& key = sweep.names[static_cast<std::size_t>(j)];
+        if (key == name || key.ends_with("." + name)) shared.emplace_back(k, j);
+      }
+    }
+    study.x_name = "E_i", study.x_unit = "W";
+    for (std::size_t k = 0; k < groups.size(); ++k) {
+      const std::size_t row = row_in(sweep, groups[k], shared);
+      const double x = number_in(sweep, row, energy);
+      if (!(x > 0)) sweep.refuse(row, energy, fmt::format("found {:g}; allowed are numbers above 0", x));
+      study.points[k].x = x;
+      const auto filled = [&](int column) { return column >= 0 && !sweep.rows[row][static_cast<std::size_t>(column)].empty(); };
+      if (!filled(from) || !filled(to)) continue;
+      const double half = 0.5 * (number_in(sweep, row, to) - number_in(sweep, row, from));
+      constexpr double normal_quantile = 1.96;
+      study.points[k].log_x_variance = std::pow(half / x / normal_quantile, 2);
+    }
+  }
+
+  GrindingStudy read() {
+    read_columns();
+    group_rows();
+    for (const Group& group : groups) {
+      GrindingPoint point;
+      point.label = group.label;
+      for (const std::string& measure : study.measures) {
+        point.limits.push_back(limit_of(group, measure));
+        point.series.push_back(sieved() ? passing_sizes(group, measure) : sizes_of(group, measure));
+        if (!point.series.back().times.empty()) check_series(group, point.series.back(), measure, point.limits.back().has_value());
+      }
+      study.points.push_back(std::move(point));
+    }
+    if (request.sweep.empty()) read_against();
+    else if (!request.against.empty()) throw InputError("quern grinding takes --sweep or --against, one of the two.");
+    else read_sweep();
+    return study;
+  }
+};
+
+}  // namespace
+
+GrindingStudy read_grinding(const GrindingRequest& request) { return Reader(request).read(); }
+
+}  // namespace quern

@@ -1,0 +1,19 @@
+// Measured sizes in, a grinding study out; all checking of what was handed over.
+#pragma once
+#include <string>
+#include <vector>
+#include "src/grinding/study.hpp"
+
+namespace quern {
+
+struct GrindingRequest {
+  std::string file;                 // CSV: docs/grinding.md
+  std::string sweep;                // folder of a sweep, whose sweep.csv has E_i; may be empty
+  std::string against;              // column that the rate is held against; empty: E_i, or the only further number
+  std::vector<std::string> limits;  // known limits: "D80=20 um", "0" for all
+};
+
+// Throws InputError: file, line, column, what was found, what is allowed.
+GrindingStudy read_grinding(const GrindingRequest& request);
+
+}  // namespace quern

@@ -1,0 +1,67 @@
+#include "src/grinding/study.hpp"
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace quern {
+namespace {
+
+std::string listed(const std::vector<std::string>& words) {
+  std::string out;
+  for (std::size_t k = 0; k < words.size(); ++k) out += (k == 0 ? "" : k + 1 == words.size() ? " and " : ", ") + words[k];
+  return out;
+}
+
+RateResult rate_of(const GrindingPoint& point, std::size_t at, std::size_t m) {
+  const SizeSeries& series = point.series[m];
+  RateResult r;
+  r.point = at;
+  r.limit_known = point.limits[m].has_value();
+  r.fit = fit_kinetics(series, point.limits[m]);
+  r.shape = fit_shape(series, point.limits[m]);
+  r.held_out = held_out_error(series, point.limits[m]);
+  r.held_out_shape = held_out_error(series, point.limits[m], true);
+  return r;
+}
+
+// Points whose interval of K is open on both sides say nothing of the law.
+bool tells(const RateResult& r) { return r.fit.determined && std::isfinite(std::min(r.fit.log_rate_variance[0], r.fit.log_rate_variance[1])); }
+
+}  // namespace
+
+GrindingResult study_grinding(const GrindingStudy& study) {
+  GrindingResult result;
+  result.remarks = study.remarks;
+  for (std::size_t m = 0; m < study.measures.size(); ++m) {
+    MeasureResult measure{study.measures[m], {}, {}};
+    std::vector<std::string> mute;
+    for (std::size_t k = 0; k < study.points.size(); ++k) {
+      if (study.points[k].series[m].times.empty()) continue;
+      measure.rates.push_back(rate_of(study.points[k], k, m));
+      if (!tells(measure.rates.back())) mute.push_back(study.points[k].label);
+    }
+    if (!mute.empty())
+      result.remarks.push_back("The " + study.measures[m] + " of " + listed(mute) + " leave K_p open from nothing to infinity; no law is fitted to " + (mute.size() == 1 ? "it." : "them."));
+
+    double squares = 0;
+    int freedom = 0;
+    std::vector<OperatingPoint> points;
+    std::set<double> settings;
+    for (const RateResult& r : measure.rates) {
+      const GrindingPoint& point = study.points[r.point];
+      if (!tells(r) || !point.x) continue;
+      squares += r.fit.squares, freedom += r.fit.freedom();
+      points.push_back({*point.x, r.fit.rate, r.fit.log_rate_variance, point.log_x_variance});
+      settings.insert(*point.x);
+    }
+    for (OperatingPoint& p : points)
+      for (double& variance : p.log_rate_variance) variance = freedom > 0 ? variance * squares / freedom : 0;
+    if (settings.size() > 1) measure.law = fit_power_law(points);
+    else if (!study.x_name.empty())
+      result.remarks.push_back("No power law for " + study.measures[m] + ": it needs K_p at two or more values of " + study.x_name + ", and there is " + (settings.empty() ? "none." : "one."));
+    result.measures.push_back(std::move(measure));
+  }
+  return result;
+}
+
+}  // namespace quern
