@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <vector>
 #include "src/base/error.hpp"
@@ -16,6 +17,17 @@ namespace quern {
 class ArchiveWriter {
  public:
   std::string bytes;
+
+  // Writes what `write(writer)` writes, into memory of just the length it needs.
+  template <class Write>
+  static std::string written_by(Write&& write) {
+    ArchiveWriter counter, writer;
+    counter.counts_ = true;
+    write(counter);
+    writer.bytes.reserve(counter.length_);
+    write(writer);
+    return std::move(writer.bytes);
+  }
 
   template <class... T>
   void operator()(T&... values) {
@@ -29,23 +41,32 @@ class ArchiveWriter {
       value.archive(*this);
     } else {
       static_assert(std::is_trivially_copyable_v<T>, "give the type an archive function");
-      bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+      append(reinterpret_cast<const char*>(&value), sizeof value);
     }
+  }
+  void append(const char* from, std::size_t count) {
+    if (counts_)
+      length_ += count;
+    else
+      bytes.append(from, count);
   }
   void put_size(std::size_t size) {
     auto fixed = static_cast<std::uint64_t>(size);
     put(fixed);
   }
-  void put(std::string& text) { put_size(text.size()), bytes += text; }
+  void put(std::string& text) { put_size(text.size()), append(text.data(), text.size()); }
   void put(std::vector<bool>& flags) {
     put_size(flags.size());
-    for (bool flag : flags) bytes += static_cast<char>(flag);
+    for (bool flag : flags) {
+      const char byte = flag;
+      append(&byte, 1);
+    }
   }
   template <class T>
   void put(std::vector<T>& values) {
     put_size(values.size());
     if constexpr (std::is_trivially_copyable_v<T>) {
-      if (!values.empty()) bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
+      if (!values.empty()) append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
     } else {
       for (T& value : values) put(value);
     }
@@ -64,11 +85,15 @@ class ArchiveWriter {
     put_size(value ? 1 : 0);
     if (value) put(*value);
   }
+
+  bool counts_ = false;
+  std::size_t length_ = 0;
 };
 
 class ArchiveReader {
  public:
-  explicit ArchiveReader(const std::string& source) : bytes_(source) {}
+  // The source must outlive the reader.
+  explicit ArchiveReader(std::string_view source) : bytes_(source) {}
 
   template <class... T>
   void operator()(T&... values) {
@@ -135,7 +160,7 @@ class ArchiveReader {
     }
   }
 
-  const std::string& bytes_;
+  std::string_view bytes_;
   std::size_t at_ = 0;
 };
 

@@ -5,11 +5,24 @@
 namespace quern {
 namespace {
 
-// Steps are microseconds to milliseconds apart, so a short spin is usually enough; a longer wait sleeps.
+// Steps are microseconds to milliseconds apart, and to wake a sleeping thread takes tens of microseconds: so threads wait
+// awake for some hundreds of them before they sleep.
+constexpr int patience = 20000;
+
+void pause() {
+#if defined(__x86_64__)
+  __builtin_ia32_pause();
+#elif defined(__aarch64__)
+  asm volatile("isb");
+#endif
+}
+
 template <class Condition>
 void spin_until(Condition&& done) {
-  for (int spins = 0; !done(); ++spins)
-    if (spins > 20000) std::this_thread::yield();
+  for (int spins = 0; !done(); ++spins) {
+    pause();
+    if (spins > patience) std::this_thread::yield();
+  }
 }
 
 }  // namespace
@@ -63,8 +76,10 @@ void ThreadTeam::take_blocks(int me) {
 void ThreadTeam::serve(int me) {
   std::uint32_t seen = 0;
   for (;;) {
-    for (int spins = 0; round_.load(std::memory_order_acquire) == seen; ++spins)
-      if (spins > 20000) round_.wait(seen, std::memory_order_acquire);
+    for (int spins = 0; round_.load(std::memory_order_acquire) == seen; ++spins) {
+      pause();
+      if (spins > patience) round_.wait(seen, std::memory_order_acquire);
+    }
     seen = round_.load(std::memory_order_acquire);
     if (stop_.load()) return;
     take_blocks(me);

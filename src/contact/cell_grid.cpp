@@ -15,7 +15,17 @@ struct Box {
   }
 };
 
-CellGrid make_grid(const Particles& particles, const Domain& domain, const std::vector<Index>& rows, double skin) {
+// Calls work(k) for each k below count, some thousands to a block of the team.
+template <class Work>
+void for_each(ThreadTeam& team, std::size_t count, Work&& work) {
+  constexpr std::size_t share = 4096;
+  team.run(static_cast<int>((count + share - 1) / share), [&](int block) {
+    const std::size_t first = static_cast<std::size_t>(block) * share, last = std::min(count, first + share);
+    for (std::size_t k = first; k < last; ++k) work(k);
+  });
+}
+
+CellGrid make_grid(const Particles& particles, const Domain& domain, const std::vector<Index>& rows, double skin, ThreadTeam& team) {
   CellGrid grid;
   Box box;
   for (Index i : rows) {
@@ -41,22 +51,21 @@ CellGrid make_grid(const Particles& particles, const Domain& domain, const std::
   const Index cells = grid.cells[0] * grid.cells[1] * grid.cells[2];
   std::vector<Index> cell_of(rows.size());
   grid.cell_start.assign(at(cells) + 1, 0);
-  for (std::size_t k = 0; k < rows.size(); ++k) {
+  for_each(team, rows.size(), [&](std::size_t k) {
     const Quad& q = particles.position[at(rows[k])];
     cell_of[k] = (grid.cell_of(2, q.z) * grid.cells[1] + grid.cell_of(1, q.y)) * grid.cells[0] + grid.cell_of(0, q.x);
-    ++grid.cell_start[at(cell_of[k]) + 1];
-  }
+  });
+  for (Index cell_here : cell_of) ++grid.cell_start[at(cell_here) + 1];
   std::partial_sum(grid.cell_start.begin(), grid.cell_start.end(), grid.cell_start.begin());
   std::vector<Index> next(grid.cell_start.begin(), grid.cell_start.end() - 1);
   constexpr std::size_t batch = 8;
   for (std::vector<double>* column : {&grid.x, &grid.y, &grid.z, &grid.radius}) column->resize(rows.size() + batch);
   grid.row.resize(rows.size() + batch);
-  for (std::size_t k = 0; k < rows.size(); ++k) {
-    const std::size_t slot = at(next[at(cell_of[k])]++);
-    const Quad& q = particles.position[at(rows[k])];
-    grid.x[slot] = q.x, grid.y[slot] = q.y, grid.z[slot] = q.z, grid.radius[slot] = q.w;
-    grid.row[slot] = rows[k];
-  }
+  for (std::size_t k = 0; k < rows.size(); ++k) grid.row[at(next[at(cell_of[k])]++)] = rows[k];
+  for_each(team, rows.size(), [&](std::size_t k) {
+    const Quad& q = particles.position[at(grid.row[k])];
+    grid.x[k] = q.x, grid.y[k] = q.y, grid.z[k] = q.z, grid.radius[k] = q.w;
+  });
   return grid;
 }
 
@@ -72,7 +81,7 @@ std::uint64_t spread(std::uint64_t a) {
 
 }  // namespace
 
-std::vector<CellGrid> make_grids(const Particles& particles, const Domain& domain, double skin) {
+std::vector<CellGrid> make_grids(const Particles& particles, const Domain& domain, double skin, ThreadTeam& team) {
   double largest = 0;
   for (Index i = 0; i < particles.owned; ++i) largest = std::max(largest, particles.radius(i));
   std::vector<std::vector<Index>> octaves;
@@ -88,7 +97,7 @@ std::vector<CellGrid> make_grids(const Particles& particles, const Domain& domai
   }
   std::vector<CellGrid> grids;
   for (const std::vector<Index>& rows : octaves)
-    if (!rows.empty()) grids.push_back(make_grid(particles, domain, rows, skin));
+    if (!rows.empty()) grids.push_back(make_grid(particles, domain, rows, skin, team));
   return grids;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 #include <vector>
 #include "src/base/domain.hpp"
+#include "src/base/threads.hpp"
 #include "src/particle/particles.hpp"
 
 namespace quern {
@@ -23,7 +24,7 @@ struct CellGrid {
 };
 
 // Bins the owned particles; cells are at least as wide as the largest pair in them plus the skin [m].
-std::vector<CellGrid> make_grids(const Particles& particles, const Domain& domain, double skin);
+std::vector<CellGrid> make_grids(const Particles& particles, const Domain& domain, double skin, ThreadTeam& team);
 
 // Calls visit(first, last) for each run of grid.row that may hold particles within `reach` of a centre.
 template <class Visit>

@@ -5,7 +5,7 @@
 namespace quern {
 namespace {
 
-constexpr Index most_per_block = 2048, least_per_block = 512, blocks_wanted = 16;
+constexpr Index most_per_block = 2048, least_per_block = 256, blocks_wanted = 16;
 constexpr std::int64_t searches_per_sort = 32;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
@@ -18,12 +18,12 @@ Triple<double> wrap_positions(Particles& particles, const Domain& domain) {
     const Triple<double> before = xyz(q);
     const auto wrap = [&](double x, int axis) {
       const double period = domain.period[axis];
-      if (period == 0) return x;
+      if (period == 0 || (x >= domain.lower[axis] && x < domain.lower[axis] + period)) return x;
       const double inside = x - period * std::floor((x - domain.lower[axis]) / period);
       return inside < domain.lower[axis] + period ? inside : inside - period;
     };
     q = {wrap(q.x, 0), wrap(q.y, 1), wrap(q.z, 2), q.w};
-    moved = moved + particles.mass(i) * (xyz(q) - before);
+    if (q.x != before.x || q.y != before.y || q.z != before.z) moved = moved + particles.mass(i) * (xyz(q) - before);
   }
   return moved;
 }
@@ -102,7 +102,7 @@ Triple<double> search_neighbours(Contacts& contacts, Particles& particles, const
   } else {
     team.run(static_cast<int>(kept.size()), [&](int b) { kept[static_cast<std::size_t>(b)] = kept_contacts(contacts.blocks[static_cast<std::size_t>(b)]); });
   }
-  const std::vector<CellGrid> grids = make_grids(particles, domain, contacts.skin);
+  const std::vector<CellGrid> grids = make_grids(particles, domain, contacts.skin, team);
   const SearchRequest request{&particles, &domain, &grids, kinds.of, kinds.materials, contacts.block_size, contacts.skin, &kernels};
   team.run(static_cast<int>(contacts.blocks.size()), [&](int b) {
     const auto k = static_cast<std::size_t>(b);

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstring>
 #include <fstream>
+#include <initializer_list>
 #include <sstream>
 #include "src/base/archive.hpp"
 #include "src/base/error.hpp"
@@ -26,10 +27,18 @@ struct Header {
   std::uint64_t length;    // of what follows
 };
 
-std::uint32_t checksum_of(const std::string& bytes) {
+std::uint32_t checksum_of(std::initializer_list<std::string_view> pieces) {
   boost::crc_32_type crc;
-  crc.process_bytes(bytes.data(), bytes.size());
+  for (const std::string_view piece : pieces) crc.process_bytes(piece.data(), piece.size());
   return crc.checksum();
+}
+
+// What stands between the header and the state: the identity and the state's length.
+std::string preamble(const std::string& identity, std::uint64_t length) {
+  return ArchiveWriter::written_by([&](ArchiveWriter& a) {
+    std::string name = identity;
+    a(name, length);
+  });
 }
 
 template <class Archive>
@@ -62,38 +71,48 @@ std::string difference(const std::string& there, const std::string& here) {
 }
 
 struct Reading {
-  std::string bytes, complaint;  // the state, or a clause that says why there is none
+  Checkpoint found;
+  std::string complaint;  // a clause that says why there is none
   bool foreign = false;
 };
 
+// All of a file, in one piece of memory.
+bool read_whole(const std::string& path, std::string& contents) {
+  std::ifstream in(path, std::ios::binary | std::ios::ate);
+  if (!in) return false;
+  const std::streamoff size = in.tellg();
+  if (size < 0) return false;
+  contents.resize(static_cast<std::size_t>(size));
+  in.seekg(0);
+  in.read(contents.data(), size);
+  return static_cast<bool>(in);
+}
+
 Reading read_one(const std::string& path, const std::string& identity) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) return {{}, fmt::format("{} cannot be read ({})", path, std::strerror(errno))};
-  std::ostringstream text;
-  text << in.rdbuf();
-  const std::string all = text.str();
+  const auto none = [](std::string complaint, bool foreign = false) { return Reading{{}, std::move(complaint), foreign}; };
+  Reading reading;
+  if (!read_whole(path, reading.found.file)) return none(fmt::format("{} cannot be read ({})", path, std::strerror(errno)));
+  const std::string_view all = reading.found.file;
   Header header;
-  if (all.size() < sizeof header || std::memcmp(all.data(), magic, sizeof magic) != 0)
-    return {{}, fmt::format("{} is not a checkpoint of quern", path)};
+  if (all.size() < sizeof header || std::memcmp(all.data(), magic, sizeof magic) != 0) return none(fmt::format("{} is not a checkpoint of quern", path));
   std::memcpy(&header, all.data(), sizeof header);
-  if (header.version != version)
-    return {{}, fmt::format("{} has format {}, and this quern reads format {}", path, header.version, version)};
-  const std::string rest = all.substr(sizeof header);
-  if (rest.size() != header.length) return {{}, fmt::format("{} is torn: {} bytes of {}", path, rest.size(), header.length)};
-  if (checksum_of(rest) != header.checksum) return {{}, fmt::format("{} is damaged: its checksum is wrong", path)};
-  Reading found;
+  if (header.version != version) return none(fmt::format("{} has format {}, and this quern reads format {}", path, header.version, version));
+  const std::string_view rest = all.substr(sizeof header);
+  if (rest.size() != header.length) return none(fmt::format("{} is torn: {} bytes of {}", path, rest.size(), header.length));
+  if (checksum_of({rest}) != header.checksum) return none(fmt::format("{} is damaged: its checksum is wrong", path));
   std::string stored_identity;
+  std::uint64_t length = 0;
   ArchiveReader reader(rest);
-  reader(stored_identity, found.bytes);
-  if (stored_identity != identity)
-    return {{}, fmt::format("{} belongs to another case: {}", path, difference(stored_identity, identity)), true};
-  return found;
+  reader(stored_identity, length);
+  if (stored_identity != identity) return none(fmt::format("{} belongs to another case: {}", path, difference(stored_identity, identity)), true);
+  if (length > rest.size()) return none(fmt::format("{} is damaged: it names a length that it does not hold", path));
+  reading.found.begin = all.size() - static_cast<std::size_t>(length);
+  return reading;
 }
 
 }  // namespace
 
-std::string pack_state(Simulation& s) {
-  ArchiveWriter a;
+void archive_state(ArchiveWriter& a, Simulation& s) {
   std::uint64_t blocks = s.contacts.blocks.size();
   a(s.clock, s.ledger, s.reference_energy, s.extent_of_particles);
   archive_particles(a, s.particles);
@@ -101,11 +120,9 @@ std::string pack_state(Simulation& s) {
   a(blocks);
   for (ContactBlock& block : s.contacts.blocks) archive_block(a, block);
   for (Wall& wall : s.walls) a(wall.force, wall.torque);
-  return std::move(a.bytes);
 }
 
-void unpack_state(const std::string& bytes, Simulation& s) {
-  ArchiveReader a(bytes);
+void archive_state(ArchiveReader& a, Simulation& s) {
   std::uint64_t blocks = 0;
   a(s.clock, s.ledger, s.reference_energy, s.extent_of_particles);
   archive_particles(a, s.particles);
@@ -120,22 +137,19 @@ void unpack_state(const std::string& bytes, Simulation& s) {
   }
   link_halos(s.contacts.blocks, s.contacts.block_size);
   for (Wall& wall : s.walls) a(wall.force, wall.torque);
-  if (!a.at_end()) throw InputError("the checkpoint holds more than this case expects");
   s.move_walls();
 }
 
-void write_checkpoint(const std::string& path, const std::string& identity, const std::string& bytes) {
-  ArchiveWriter a;
-  std::string name = identity, copy = bytes;
-  a(name, copy);
+void write_checkpoint(const std::string& path, const std::string& identity, std::string_view bytes) {
+  const std::string before_state = preamble(identity, bytes.size());
   Header header{};
   std::memcpy(header.magic, magic, sizeof magic);
   header.version = version;
-  header.checksum = checksum_of(a.bytes);
-  header.length = a.bytes.size();
+  header.checksum = checksum_of({before_state, bytes});
+  header.length = before_state.size() + bytes.size();
 
   const std::string fresh = path + ".new";
-  write_whole_file(fresh, {std::string_view(reinterpret_cast<const char*>(&header), sizeof header), a.bytes}, Synced::yes);
+  write_whole_file(fresh, {std::string_view(reinterpret_cast<const char*>(&header), sizeof header), before_state, bytes}, Synced::yes);
   const std::string before = path + ".previous";
   if (::access(path.c_str(), F_OK) != 0) {
     rename_file(fresh, path);
@@ -154,9 +168,12 @@ Checkpoint read_checkpoint(const std::string& path, const std::string& identity)
     throw InputError(fmt::format(
         "There is no checkpoint {} to go on from: the run has ended, or never wrote one. Run without --resume to begin anew.", path));
   Reading newest = read_one(path, identity);
-  if (newest.complaint.empty()) return {std::move(newest.bytes), {}};
+  if (newest.complaint.empty()) return std::move(newest.found);
   Reading older = read_one(before, identity);
-  if (older.complaint.empty()) return {std::move(older.bytes), newest.complaint + "; going on from the one before it"};
+  if (older.complaint.empty()) {
+    older.found.remark = newest.complaint + "; going on from the one before it";
+    return std::move(older.found);
+  }
   if (!newest.foreign && ::access(before.c_str(), F_OK) == 0) newest.complaint += "; " + older.complaint;
   throw InputError(newest.complaint + ". There is nothing to go on from; run without --resume to begin anew.");
 }

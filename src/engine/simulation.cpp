@@ -83,20 +83,26 @@ void finish_block(Simulation& s, std::size_t mine, double time_step) {
   s.kernels->correct(s.particles, block, time_step, triple(s.gravity));
 }
 
-// Forces on all particles, then their velocities. A block is finished, while it is still in the cache, as soon as it and all whose
-// halo holds particles of it have their forces: nobody reads its particles any more then.
+// Forces on all particles, then their velocities. Once a block and all whose halo holds particles of it have their forces, nobody
+// reads its particles any more: where that is so when its own forces are known, it is finished at once, while it is in the cache.
 void apply_contacts(Simulation& s, const StepContext& context) {
   std::vector<ContactBlock>& blocks = s.contacts.blocks;
+  const auto count = static_cast<int>(blocks.size());
   std::vector<std::atomic<Index>> awaited(blocks.size());
-  for (std::size_t b = 0; b < blocks.size(); ++b) awaited[b].store(static_cast<Index>(blocks[b].incoming.size()) + 1, std::memory_order_relaxed);
-  s.team->run(static_cast<int>(blocks.size()), [&](int b) {
+  std::vector<std::uint8_t> finished(blocks.size(), 0);
+  for (std::size_t b = 0; b < blocks.size(); ++b) awaited[b].store(static_cast<Index>(blocks[b].incoming.size()), std::memory_order_relaxed);
+  s.team->run(count, [&](int b) {
     const auto mine = static_cast<std::size_t>(b);
     find_forces(s, context, blocks[mine]);
-    const auto tell = [&](std::size_t block) {
-      if (awaited[block].fetch_sub(1, std::memory_order_acq_rel) == 1) finish_block(s, block, context.time_step);
-    };
-    tell(mine);
-    for (Index target : blocks[mine].outgoing) tell(at(target));
+    for (Index target : blocks[mine].outgoing) awaited[at(target)].fetch_sub(1, std::memory_order_release);
+    if (awaited[mine].load(std::memory_order_acquire) == 0) {
+      finish_block(s, mine, context.time_step);
+      finished[mine] = 1;
+    }
+  });
+  if (std::find(finished.begin(), finished.end(), 0) == finished.end()) return;
+  s.team->run(count, [&](int b) {
+    if (const auto mine = static_cast<std::size_t>(b); !finished[mine]) finish_block(s, mine, context.time_step);
   });
 }
 

@@ -211,12 +211,15 @@ RunSummary run_simulation(Simulation& s, Observers& observers, const OutputSetti
   const Claim claim(options.directory);
   if (options.resume) checkpoint = read_checkpoint(checkpoint_path, settings.case_text);
   Writer writer(settings, options.directory);
-  const auto archive_run = [&](auto& archive, std::string& state) { archive(state, observers, writer, frame_due, energy_due); };
+  const auto archive_run = [&](auto& archive) {
+    archive(observers, writer, frame_due, energy_due);
+    archive_state(archive, s);
+  };
   if (options.resume) {
-    std::string state;
-    ArchiveReader reader(checkpoint.bytes);
-    archive_run(reader, state);
-    unpack_state(state, s);
+    ArchiveReader reader(checkpoint.bytes());
+    archive_run(reader);
+    if (!reader.at_end()) throw InputError("The checkpoint holds more than this case expects; run without --resume to begin anew.");
+    checkpoint.file = {};
     checkpoint_time = s.clock.time();
     if (!checkpoint.remark.empty()) summary.remarks.push_back(checkpoint.remark + ".");
   } else {
@@ -228,11 +231,8 @@ RunSummary run_simulation(Simulation& s, Observers& observers, const OutputSetti
   }
   Progress progress(s.clock.time(), duration, options.quiet);
   const auto save_checkpoint = [&] {
-    std::string state = pack_state(s);
-    ArchiveWriter archive;
-    archive_run(archive, state);
     writer.sync();  // the checkpoint counts on what the results hold
-    write_checkpoint(checkpoint_path, settings.case_text, archive.bytes);
+    write_checkpoint(checkpoint_path, settings.case_text, ArchiveWriter::written_by(archive_run));
     checkpoint_time = s.clock.time();
   };
   double next_checkpoint = options.checkpoint_interval;
