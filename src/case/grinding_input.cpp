@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
+#include <limits>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -23,11 +24,16 @@ bool is_digits(std::string_view text) { return !text.empty() && std::all_of(text
 // "D80" or "d80".
 bool is_measure(const std::string& name) { return name.size() > 1 && (name[0] == 'D' || name[0] == 'd') && is_digits(std::string_view(name).substr(1)); }
 
-// The rows of one operating point.
+// The rows of one operating point: first those shared by all, then its own.
 struct Group {
   std::string label;
   std::vector<std::size_t> rows;
+  std::size_t shared = 0;
+
+  std::size_t first() const { return rows[shared]; }
 };
+
+constexpr const char* every_run = "*";
 
 struct Reader {
   const GrindingRequest& request;
@@ -36,7 +42,7 @@ struct Reader {
   std::vector<Group> groups;
   std::vector<int> conditions;  // columns
   int time = -1;
-  double time_factor = 1;
+  double time_factor = 1, last_time = std::numeric_limits<double>::infinity();
 
   explicit Reader(const GrindingRequest& r) : request(r), table(read_cells(r.file)) {}
 
@@ -60,7 +66,14 @@ struct Reader {
     time = required("t", "`t [s]` or another unit of time, or `t [1]` to count passes");
     const UnitFactor of_time = with_unit(time, {"s", "1"}, "`t [s]` or `t [min]`");
     study.time_unit = of_time.si, time_factor = of_time.factor;
-    std::set<int> known = {time, table.find("run")};
+    if (!request.until.empty()) {
+      try {
+        last_time = Units().read(request.until, study.time_unit);
+      } catch (const InputError& e) {
+        throw InputError(fmt::format("--until {}: {}.", request.until, e.what()));
+      }
+    }
+    std::set<int> known = {time, table.find("run"), table.find("sample")};
     std::vector<int> sizes;
     if (sieved()) {
       study.measures = {"D80", "D50"};
@@ -88,6 +101,7 @@ struct Reader {
 
   void group_rows() {
     const int run = table.find("run");
+    std::vector<std::size_t> shared;
     for (std::size_t row = 0; row < table.rows.size(); ++row) {
       std::string label = run >= 0 ? table.rows[row][static_cast<std::size_t>(run)] : "";
       if (run >= 0 && label.empty()) table.refuse(row, run, "is empty; needed is a name for the series");
@@ -97,10 +111,17 @@ struct Reader {
           label += (label.empty() ? "" : ", ") + table.names[c] + " " + table.rows[row][c] + (table.units[c].empty() || table.units[c] == "1" ? "" : " " + table.units[c]);
         }
       if (label.empty()) label = "all";
+      if (time_at(row) > last_time) continue;
+      if (run >= 0 && label == every_run) {
+        shared.push_back(row);
+        continue;
+      }
       auto group = std::find_if(groups.begin(), groups.end(), [&](const Group& g) { return g.label == label; });
       if (group == groups.end()) group = groups.insert(groups.end(), Group{label, {}});
       group->rows.push_back(row);
     }
+    if (groups.empty()) throw InputError(table.file + (request.until.empty() ? ": every row is of the run *; needed are rows of runs." : ": no row is within --until."));
+    for (Group& group : groups) group.rows.insert(group.rows.begin(), shared.begin(), shared.end()), group.shared = shared.size();
   }
 
   double time_at(std::size_t row) const {
@@ -111,9 +132,9 @@ struct Reader {
 
   // A number in a column that must be the same in all rows of a group.
   double constant(const Group& group, int column) const {
-    const double value = number_in(table, group.rows[0], column);
-    for (const std::size_t row : group.rows)
-      if (number_in(table, row, column) != value)
+    const double value = number_in(table, group.first(), column);
+    for (std::size_t k = group.shared; k < group.rows.size(); ++k)
+      if (const std::size_t row = group.rows[k]; number_in(table, row, column) != value)
         table.refuse(row, column, fmt::format("found {} where {} has {} before; it must be the same in a run", table.rows[row][static_cast<std::size_t>(column)], group.label, value));
     return value;
   }
@@ -136,7 +157,7 @@ struct Reader {
     const int column = table.find(measure + "_limit");
     if (limit || column < 0) return limit;
     limit = constant(group, column) * with_unit(column, {study.size_unit}, "`D80_limit [um]`").factor;
-    if (*limit < 0) table.refuse(group.rows[0], column, "allowed is a size from 0");
+    if (*limit < 0) table.refuse(group.first(), column, "allowed is a size from 0");
     return limit;
   }
 
@@ -165,31 +186,38 @@ struct Reader {
   SizeSeries passing_sizes(const Group& group, const std::string& measure) {
     const int size = table.find("size"), percent = table.find("percent"), amount = percent >= 0 ? percent : table.find("finer");
     const double factor = unit_of(table, size, {study.size_unit}).factor, part = percent >= 0 ? 1 : unit_of(table, amount, {"1"}).factor;
-    std::map<double, std::map<double, double>> samples;
-    std::map<double, std::size_t> row_of;
+    using Sample = std::pair<double, std::string>;  // its time and name
+    std::map<Sample, std::map<double, double>> samples;
+    std::map<Sample, std::size_t> row_of;
+    const int name = table.find("sample");
     for (const std::size_t row : group.rows) {
       const double t = time_at(row), x = number_in(table, row, size) * factor, y = number_in(table, row, amount) * part;
       if (x < 0 || (percent >= 0 && x == 0)) table.refuse(row, size, "allowed are sizes above 0");
       if (y < 0) table.refuse(row, amount, "allowed are amounts from 0");
-      if (!samples[t].emplace(x, y).second) table.refuse(row, size, fmt::format("this size is there twice for {} at {:g} {}; give repeats a `run` of their own", group.label, t, study.time_unit));
-      row_of.emplace(t, row);
+      const Sample key(t, name < 0 ? "" : table.rows[row][static_cast<std::size_t>(name)]);
+      if (!samples[key].emplace(x, y).second) table.refuse(row, size, fmt::format("this size is there twice for {} at {:g} {}; a column `sample` can name repeats", group.label, t, study.time_unit));
+      row_of.emplace(key, row);
     }
     SizeSeries series;
-    for (const auto& [t, sample] : samples) {
+    double least = 100, most = 100;  // of the sums [%]
+    for (const auto& [key, sample] : samples) {
+      const double t = key.first;
+      const std::size_t row = row_of[key];
       std::vector<double> sizes, amounts;
       double sum = 0;
       for (const auto& [x, y] : sample) {
-        if (percent < 0 && !amounts.empty() && y < amounts.back()) table.refuse(row_of[t], amount, fmt::format("the passing fraction of {} at {:g} {} falls with the size", group.label, t, study.time_unit));
+        if (percent < 0 && !amounts.empty() && y < amounts.back()) table.refuse(row, amount, fmt::format("the passing fraction of {} at {:g} {} falls with the size", group.label, t, study.time_unit));
         sizes.push_back(x), amounts.push_back(y), sum += y;
       }
-      constexpr double whole = 100, rounding = 2;
-      if (percent >= 0 && std::abs(sum - whole) > rounding && measure == study.measures[0])
-        study.remarks.push_back(fmt::format("The classes of {} at {:g} {} sum to {:.1f} %; they are taken as parts of their sum.", group.label, t, study.time_unit, sum));
+      if (percent >= 0) least = std::min(least, sum), most = std::max(most, sum);
       const double fraction = std::stod(measure.substr(1)) / 100;
       const double d = percent >= 0 ? passing_size_of_classes(sizes, amounts, fraction) : passing_size(sizes, amounts, fraction);
-      if (!std::isfinite(d) || !(d > 0)) table.refuse(row_of[t], amount, fmt::format("{} of {} at {:g} {} lies outside the sizes given", measure, group.label, t, study.time_unit));
+      if (!std::isfinite(d) || !(d > 0)) table.refuse(row, amount, fmt::format("{} of {} at {:g} {} lies outside the sizes given", measure, group.label, t, study.time_unit));
       series.times.push_back(t), series.sizes.push_back(d);
     }
+    constexpr double rounding = 2;
+    if (most - least > rounding && measure == study.measures[0])
+      study.remarks.push_back(fmt::format("The classes of {} sum to {:.0f} to {:.0f} %; they are taken as parts of their sum.", group.label, least, most));
     return series;
   }
 
@@ -237,7 +265,7 @@ struct Reader {
     const double factor = energy ? with_unit(column, {"W"}, "`E_i [W]`").factor : 1;
     for (std::size_t k = 0; k < groups.size(); ++k) {
       const double x = constant(groups[k], column) * factor;
-      if (!(x > 0)) table.refuse(groups[k].rows[0], column, fmt::format("found {}; allowed are numbers above 0", table.rows[groups[k].rows[0]][c]));
+      if (!(x > 0)) table.refuse(groups[k].first(), column, fmt::format("found {}; allowed are numbers above 0", table.rows[groups[k].first()][c]));
       study.points[k].x = x;
     }
   }
@@ -250,18 +278,18 @@ struct Reader {
       if (directory >= 0 && sweep.rows[row][static_cast<std::size_t>(directory)] == group.label) return row;
     for (std::size_t row = 0; row < sweep.rows.size() && !shared.empty(); ++row) {
       const bool same = std::all_of(shared.begin(), shared.end(), [&](const std::pair<int, int>& both) {
-        const std::string& here = table.rows[group.rows[0]][static_cast<std::size_t>(both.first)];
+        const std::string& here = table.rows[group.first()][static_cast<std::size_t>(both.first)];
         const std::string& there = sweep.rows[row][static_cast<std::size_t>(both.second)];
         const std::string& si = sweep.units[static_cast<std::size_t>(both.second)];
         if (si.empty()) return here == there;
-        const double a = number_in(table, group.rows[0], both.first) * unit_of(table, both.first, {si}).factor, b = number_in(sweep, row, both.second);
+        const double a = number_in(table, group.first(), both.first) * unit_of(table, both.first, {si}).factor, b = number_in(sweep, row, both.second);
         constexpr double rounding = 1e-6;
         return std::abs(a - b) <= rounding * std::max(std::abs(a), std::abs(b));
       });
       if (same) found.push_back(row);
     }
     if (found.size() == 1) return found[0];
-    throw InputError(fmt::format("{}:{}: {} matches {} of the {} runs in {}; `run` must name their folders, or columns such as `{}` what was swept.", table.file, table.lines[group.rows[0]], group.label,
+    throw InputError(fmt::format("{}:{}: {} matches {} of the {} runs in {}; `run` must name their folders, or columns such as `{}` what was swept.", table.file, table.lines[group.first()], group.label,
                                  found.size(), sweep.rows.size(), sweep.file, sweep.names[0]));
   }
 

@@ -11,6 +11,7 @@ struct GrindingRequest {
   std::string sweep;                // folder of a sweep, whose sweep.csv has E_i; may be empty
   std::string against;              // column that the rate is held against; empty: E_i, or the only further number
   std::vector<std::string> limits;  // known limits: "D80=20 um", "0" for all
+  std::string until;                // the last time that counts, "60 s"; empty: all
 };
 
 // Throws InputError: file, line, column, what was found, what is allowed.

@@ -18,7 +18,7 @@ struct PowerLawFit {
   double factor = 0, exponent = 0;  // a, b
   std::optional<Interval95> factor_ci95, exponent_ci95;  // none with two points
   double lack = 0;                  // standard deviation of ln K beyond the errors of measurement: what the law misses
-  double p_of_law = 1;              // of what the law misses being nothing, by the chi-square of the residuals; 1 where errors are not known
+  std::optional<double> p_of_law;   // of so much scatter if the law misses nothing, by chi-square; none where the errors are not known
   std::optional<double> held_out;   // root mean square of ln K at points left out, each predicted from the others; none with two points
   std::optional<double> held_out_mean;  // the same with the mean ln K of the others for a law
   std::vector<double> centre_and_covariance;  // mean of ln x; variance of ln K there; variance of b: for band_at

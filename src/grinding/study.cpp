@@ -18,14 +18,13 @@ RateResult rate_of(const GrindingPoint& point, std::size_t at, std::size_t m) {
   r.point = at;
   r.limit_known = point.limits[m].has_value();
   r.fit = fit_kinetics(series, point.limits[m]);
+  const auto& interval = r.fit.rate_ci95;
+  r.open = !r.fit.determined || (interval && !((*interval)[0] > 0) && !std::isfinite((*interval)[1]));
   r.shape = fit_shape(series, point.limits[m]);
   r.held_out = held_out_error(series, point.limits[m]);
   r.held_out_shape = held_out_error(series, point.limits[m], true);
   return r;
 }
-
-// Points whose interval of K is open on both sides say nothing of the law.
-bool tells(const RateResult& r) { return r.fit.determined && std::isfinite(std::min(r.fit.log_rate_variance[0], r.fit.log_rate_variance[1])); }
 
 }  // namespace
 
@@ -38,10 +37,10 @@ GrindingResult study_grinding(const GrindingStudy& study) {
     for (std::size_t k = 0; k < study.points.size(); ++k) {
       if (study.points[k].series[m].times.empty()) continue;
       measure.rates.push_back(rate_of(study.points[k], k, m));
-      if (!tells(measure.rates.back())) mute.push_back(study.points[k].label);
+      if (measure.rates.back().open) mute.push_back(study.points[k].label);
     }
     if (!mute.empty())
-      result.remarks.push_back("The " + study.measures[m] + " of " + listed(mute) + " leave K_p open from nothing to infinity; no law is fitted to " + (mute.size() == 1 ? "it." : "them."));
+      result.remarks.push_back("The " + study.measures[m] + " of " + listed(mute) + (mute.size() == 1 ? " leaves" : " leave") + " K_p open from nothing to infinity: out of the law.");
 
     double squares = 0;
     int freedom = 0;
@@ -49,7 +48,7 @@ GrindingResult study_grinding(const GrindingStudy& study) {
     std::set<double> settings;
     for (const RateResult& r : measure.rates) {
       const GrindingPoint& point = study.points[r.point];
-      if (!tells(r) || !point.x) continue;
+      if (r.open || !point.x) continue;
       squares += r.fit.squares, freedom += r.fit.freedom();
       points.push_back({*point.x, r.fit.rate, r.fit.log_rate_variance, point.log_x_variance});
       settings.insert(*point.x);

@@ -30,6 +30,7 @@ struct RateResult {
   std::size_t point = 0;  // of the study
   KineticsFit fit;
   bool limit_known = false;
+  bool open = false;               // K_p may be none and any, by its interval
   std::optional<ShapeFit> shape;
   std::optional<double> held_out, held_out_shape;  // of sizes
 };

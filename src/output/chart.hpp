@@ -7,10 +7,12 @@
 namespace quern {
 
 struct Curve {
-  std::string name;
+  std::string name;                  // in the legend; empty: not there
   std::vector<double> x, y;
   std::vector<double> lower, upper;  // of the 95 % interval about y; may be empty
   bool marks = false;                // a mark and a bar at each point; otherwise a line and a band
+  bool joined = true;                // marks are joined by a thin line
+  int like = -1;                     // coloured as the curve of this number; −1: by its own place
 };
 
 struct Panel {
