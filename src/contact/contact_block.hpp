@@ -42,6 +42,8 @@ struct WallCandidate {
   Index first_slot;                     // of the touches it has now, in `wall_slots`; −1: none
   Index touches;
   double asleep_until;                  // no touch before the path since the search is this long [m]
+  Index watched = -1;                   // how many of the triangles, at the front of the range, may be touched; −1: not known
+  Triple<double> watched_from{};        // while the particle is near this place, in the wall's axes [m]
 };
 
 // A sphere touching a wall, ready for the force kernel.

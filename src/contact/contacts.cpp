@@ -52,7 +52,7 @@ void adapt_skin(Contacts& contacts, const Particles& particles) {
   double smallest = 1e300, sum = 0;
   for (Index i = 0; i < particles.owned; ++i) smallest = std::min(smallest, particles.radius(i)), sum += particles.radius(i);
   if (contacts.skin == 0) {
-    contacts.skin = 0.3 * smallest;
+    contacts.skin = contacts.wall_skin = 0.3 * smallest;
     return;
   }
   double candidates = 0;
@@ -61,7 +61,7 @@ void adapt_skin(Contacts& contacts, const Particles& particles) {
   const double per_particle = std::max(1.0, candidates / particles.owned), diameter = 2 * sum / particles.owned;
   // Motion by which the skin is used up, per step; what was measured last and what was thought before have equal weight.
   const double steps = static_cast<double>(std::max<std::int64_t>(1, contacts.steps_since_search));
-  const double measured = std::max(2 * contacts.travelled, contacts.travelled + contacts.wall_travelled) / steps;
+  const double measured = 2 * contacts.travelled / steps;
   contacts.motion = contacts.motion == 0 ? measured : 0.5 * (contacts.motion + measured);
   const auto cost = [&](double skin) {
     const double reach = (diameter + skin) / (diameter + contacts.skin);
@@ -71,6 +71,9 @@ void adapt_skin(Contacts& contacts, const Particles& particles) {
   for (double skin = best; skin <= smallest; skin *= growth)
     if (cost(skin) < cost(best)) best = skin;
   contacts.skin = best;
+  // Walls get what they need to last as long: a turning mesh uses up more, a wall at rest less.
+  const double share = contacts.travelled > 0 ? contacts.wall_travelled / contacts.travelled : 1;
+  contacts.wall_skin = 0.55 * best * std::clamp(1 + share, 1.0, 6.0);
 }
 
 }  // namespace

@@ -10,7 +10,8 @@ struct Contacts {
   Index block_size = 1;
   bool records = false;         // whether collisions are written down
   bool rolls = false;           // whether any pair has rolling resistance
-  double skin = 0;              // candidates are nearer than this beyond touching [m]
+  double skin = 0;              // candidate pairs are nearer than this beyond touching [m]
+  double wall_skin = 0;         // and particles and walls nearer than this [m]
   double motion = 0;            // by which the skin is used up [m/step]
   double travelled = 0;         // an upper bound of any particle's path since the last search [m]
   double wall_travelled = 0;    // the same for walls
@@ -20,7 +21,7 @@ struct Contacts {
   StepSums sums;                  // of the last step
   std::vector<WallSums> wall_sums;
 
-  bool stale() const { return blocks.empty() || 2 * travelled > skin || travelled + wall_travelled > skin; }
+  bool stale() const { return blocks.empty() || 2 * travelled > skin || travelled + wall_travelled > wall_skin; }
 };
 
 // Which law serves which two materials.

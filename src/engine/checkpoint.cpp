@@ -18,7 +18,7 @@ namespace quern {
 namespace {
 
 constexpr char magic[8] = {'q', 'u', 'e', 'r', 'n', 'c', 'k', 'p'};
-constexpr std::uint32_t version = 3;
+constexpr std::uint32_t version = 4;
 
 struct Header {
   char magic[8];
@@ -49,7 +49,7 @@ void archive_block(Archive& a, ContactBlock& b) {
 
 template <class Archive>
 void archive_contacts(Archive& a, Contacts& c) {
-  a(c.block_size, c.records, c.rolls, c.skin, c.motion, c.travelled, c.wall_travelled, c.searches, c.steps_since_search, c.ended, c.sums, c.wall_sums);
+  a(c.block_size, c.records, c.rolls, c.skin, c.wall_skin, c.motion, c.travelled, c.wall_travelled, c.searches, c.steps_since_search, c.ended, c.sums, c.wall_sums);
 }
 
 template <class Archive>

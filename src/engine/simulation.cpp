@@ -49,7 +49,7 @@ void search(Simulation& s) {
                                                  s.walls.size(), *s.kernels, *s.team);
   s.ledger.field_work -= s.gravity.dot(vec(moved));
   s.team->run(static_cast<int>(s.contacts.blocks.size()),
-              [&](int b) { find_wall_candidates(s.walls, s.particles, s.contacts.skin, s.contacts.blocks[static_cast<std::size_t>(b)]); });
+              [&](int b) { find_wall_candidates(s.walls, s.particles, s.contacts.wall_skin, s.contacts.blocks[static_cast<std::size_t>(b)]); });
 }
 
 void find_forces(Simulation& s, const StepContext& context, ContactBlock& block) {

@@ -67,7 +67,17 @@ Facet facet_of(const Vec3& a, const Vec3& b, const Vec3& c) {
   const double ab = (b - a).squaredNorm(), bc = (c - b).squaredNorm(), ca = (a - c).squaredNorm();
   const Vec3 area = ab >= bc && ab >= ca ? (a - c).cross(b - c) : bc >= ca ? (b - a).cross(c - a) : (c - b).cross(a - b);
   const double size = area.norm(), longest = std::max({ab, bc, ca});
-  return {{a, b, c}, size > 1e-14 * longest ? Vec3(area / size) : Vec3(Vec3::Zero())};
+  const Vec3 middle = (a + b + c) / 3;
+  const double farthest = std::sqrt(std::max({(a - middle).squaredNorm(), (b - middle).squaredNorm(), (c - middle).squaredNorm()}));
+  return {{a, b, c}, size > 1e-14 * longest ? Vec3(area / size) : Vec3(Vec3::Zero()), middle, (1 + 1e-9) * farthest};
+}
+
+// A square distance that no point of the triangle falls below: to the circle in its plane that holds it.
+double least_distance_squared(const Facet& f, const Vec3& p) {
+  const Vec3 offset = p - f.middle;
+  const double height = f.normal.dot(offset), square = offset.squaredNorm();
+  const double outside = std::max(0.0, std::sqrt(std::max(0.0, square - height * height)) - f.radius);
+  return (1 - 1e-12) * (height * height + outside * outside);
 }
 
 void widen(BoxTree::Node& node, const Vec3& p) {
@@ -110,14 +120,24 @@ void build(const std::vector<Facet>& facets, BoxTree& tree, std::size_t at, Inde
   tree.nodes[at] = node;
 }
 
-double distance_squared(const BoxTree::Node& node, const Vec3& p) {
-  double sum = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double outside = std::max({node.lower[axis] - p[axis], p[axis] - node.upper[axis], 0.0});
-    sum += outside * outside;
+// A ball whose boxes are asked for, in floats: larger than the one meant by more than their rounding.
+struct Ball {
+  float centre[3], reach_squared;
+  Ball(const Vec3& p, double reach) {
+    for (int axis = 0; axis < 3; ++axis) centre[axis] = static_cast<float>(p[axis]);
+    const double wider = reach + 1e-6 * (p.lpNorm<1>() + reach);
+    reach_squared = static_cast<float>((1 + 1e-6) * wider * wider);
   }
-  return sum;
-}
+  bool meets(const BoxTree::Node& node) const {
+    float sum = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const float below = node.lower[axis] - centre[axis], above = centre[axis] - node.upper[axis];
+      const float outside = below > above ? below : above, positive = outside > 0 ? outside : 0;
+      sum += positive * positive;
+    }
+    return sum <= reach_squared;
+  }
+};
 
 struct Candidate {
   Closest at;
@@ -179,15 +199,42 @@ Mesh make_mesh(std::vector<Vec3> vertices, std::vector<std::array<Index, 3>> tri
   return mesh;
 }
 
-void triangles_near(const Mesh& mesh, const Vec3& point, double reach, std::vector<Index>& found) {
+std::vector<Index> nodes_near(const Mesh& mesh, std::vector<Index> nodes, const Vec3& point, double reach) {
+  constexpr std::size_t enough = 8;
+  std::vector<Index> leaves;
+  const Ball ball(point, reach);
+  if (mesh.tree.nodes.empty()) nodes.clear();
+  // Level by level, until they are many enough or cannot be divided.
+  for (;;) {
+    nodes.erase(std::remove_if(nodes.begin(), nodes.end(),
+                               [&](Index n) { return !ball.meets(mesh.tree.nodes[static_cast<std::size_t>(n)]); }),
+                nodes.end());
+    if (nodes.empty() || nodes.size() + leaves.size() >= enough) break;
+    std::vector<Index> next;
+    for (Index n : nodes) {
+      const BoxTree::Node& node = mesh.tree.nodes[static_cast<std::size_t>(n)];
+      if (node.count > 0) {
+        leaves.push_back(n);
+      } else {
+        next.push_back(node.first);
+        next.push_back(node.first + 1);
+      }
+    }
+    nodes = std::move(next);
+  }
+  nodes.insert(nodes.end(), leaves.begin(), leaves.end());
+  return nodes;
+}
+
+void triangles_near(const Mesh& mesh, const std::vector<Index>& nodes, const Vec3& point, double reach, std::vector<Index>& found) {
   const std::size_t before = found.size();
   const double reach_squared = reach * reach;
-  boost::container::small_vector<Index, 128> open;
-  if (!mesh.tree.nodes.empty()) open.push_back(0);
+  const Ball ball(point, reach);
+  boost::container::small_vector<Index, 128> open(nodes.begin(), nodes.end());
   while (!open.empty()) {
     const BoxTree::Node& node = mesh.tree.nodes[static_cast<std::size_t>(open.back())];
     open.pop_back();
-    if (distance_squared(node, point) > reach_squared) continue;
+    if (!ball.meets(node)) continue;
     if (node.count == 0) {
       open.push_back(node.first);
       open.push_back(node.first + 1);
@@ -195,10 +242,26 @@ void triangles_near(const Mesh& mesh, const Vec3& point, double reach, std::vect
     }
     for (Index k = node.first; k < node.first + node.count; ++k) {
       const Index t = mesh.tree.order[static_cast<std::size_t>(k)];
-      if ((closest(mesh.facets[static_cast<std::size_t>(t)], point).point - point).squaredNorm() <= reach_squared) found.push_back(t);
+      if (least_distance_squared(mesh.facets[static_cast<std::size_t>(t)], point) <= reach_squared) found.push_back(t);
     }
   }
   std::sort(found.begin() + static_cast<std::ptrdiff_t>(before), found.end());
+}
+
+void triangles_near(const Mesh& mesh, const Vec3& point, double reach, std::vector<Index>& found) {
+  if (!mesh.tree.nodes.empty()) triangles_near(mesh, {0}, point, reach, found);
+}
+
+Index watch_triangles(const Mesh& mesh, Index* first, Index* last, const Vec3& point, double reach, double& nearest) {
+  double least = std::numeric_limits<double>::infinity();
+  Index* front = first;
+  for (Index* t = first; t != last; ++t) {
+    const double square = least_distance_squared(mesh.facets[static_cast<std::size_t>(*t)], point);
+    least = std::min(least, square);
+    if (square < reach * reach) std::swap(*t, *front++);
+  }
+  nearest = std::sqrt(least);
+  return static_cast<Index>(front - first);
 }
 
 int touch_triangles(const Mesh& mesh, const Index* first, const Index* last, const Vec3& centre, double radius, Touch* touches, double* gap) {
@@ -208,11 +271,11 @@ int touch_triangles(const Mesh& mesh, const Index* first, const Index* last, con
   double nearest = std::numeric_limits<double>::infinity();
   for (const Index* t = first; t != last; ++t) {
     const Facet& f = mesh.facets[static_cast<std::size_t>(*t)];
-    const double from_plane = std::abs(f.normal.dot(centre - f.corner[0]));
-    if (from_plane >= radius) {
-      nearest = std::min(nearest, from_plane);
+    if (const double least = least_distance_squared(f, centre); least >= radius * radius) {
+      nearest = std::min(nearest, std::sqrt(least));
       continue;
     }
+    const double from_plane = std::abs(f.normal.dot(centre - f.corner[0]));
     const Closest at = closest(f, centre);
     const double distance = at.part == Part::face ? from_plane : (centre - at.point).norm();
     nearest = std::min(nearest, distance);

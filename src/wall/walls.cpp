@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace quern {
@@ -27,13 +28,33 @@ void into_fixed_frame(const Pose& pose, Touch* touches, int count) {
   }
 }
 
+// The touches with a mesh, in its own axes. Only triangles that may be touched while the particle stays near are looked at.
+int touch_watched(const Mesh& mesh, WallCandidate& candidate, Index* triangles, const Vec3& local, double radius, Touch* touches, double& gap) {
+  const double margin = 0.05 * radius;
+  double moved = (local - vec(candidate.watched_from)).norm();
+  if (candidate.watched < 0 || moved > margin) {
+    double nearest = 0;
+    candidate.watched =
+        watch_triangles(mesh, triangles + candidate.first_triangle, triangles + candidate.last_triangle, local, radius + margin, nearest);
+    candidate.watched_from = triple(local);
+    moved = 0;
+    if (candidate.watched == 0) {
+      gap = nearest - radius;
+      return 0;
+    }
+  }
+  const Index* first = triangles + candidate.first_triangle;
+  const int count = touch_triangles(mesh, first, first + candidate.watched, local, radius, touches, &gap);
+  gap = std::min(gap, margin - moved);
+  return count;
+}
+
 // The touches of a candidate now, in the fixed frame; the gap if there are none.
-int touch_candidate(const Wall& wall, const WallCandidate& candidate, const ContactBlock& block, const Quad& position, Touch* touches, double& gap) {
+int touch_candidate(const Wall& wall, WallCandidate& candidate, ContactBlock& block, const Quad& position, Touch* touches, double& gap) {
   const Vec3 local = wall.pose.to_local(vec(position));
   int count = 0;
   if (const Mesh* mesh = std::get_if<Mesh>(&wall.surface)) {
-    const Index* triangles = block.triangles.data();
-    count = touch_triangles(*mesh, triangles + candidate.first_triangle, triangles + candidate.last_triangle, local, position.w, touches, &gap);
+    count = touch_watched(*mesh, candidate, block.triangles.data(), local, position.w, touches, gap);
   } else {
     count = touch_smooth(wall.surface, local, position.w, touches[0], gap) ? 1 : 0;
   }
@@ -127,8 +148,27 @@ void find_wall_candidates(const std::vector<Wall>& walls, const Particles& parti
   block.wall_candidates.clear();
   block.triangles.clear();
 
+  // Where to begin in the tree of each mesh: near the ball that holds the block's particles, and then those of a few rows.
+  constexpr Index group = 16;
+  std::vector<std::vector<Index>> near_block(walls.size(), {0}), near_group(walls.size());
+  const auto narrow = [&](Index first, Index last, const std::vector<std::vector<Index>>& from, std::vector<std::vector<Index>>& to) {
+    Vec3 lower = Vec3::Constant(std::numeric_limits<double>::infinity()), upper = -lower;
+    double largest = 0;
+    for (Index i = first; i < last; ++i) {
+      const Quad& position = particles.position[static_cast<std::size_t>(i)];
+      lower = lower.cwiseMin(vec(position)), upper = upper.cwiseMax(vec(position));
+      largest = std::max(largest, position.w);
+    }
+    const double reach = (1 + 1e-9) * 0.5 * (upper - lower).norm() + largest + skin;
+    for (std::size_t w = 0; w < walls.size(); ++w)
+      if (const Mesh* mesh = std::get_if<Mesh>(&walls[w].surface))
+        to[w] = nodes_near(*mesh, from[w], walls[w].pose.to_local(0.5 * (lower + upper)), reach);
+  };
+  if (block.last > block.first) narrow(block.first, block.last, std::vector<std::vector<Index>>(near_block), near_block);
+
   auto old = touching.begin();
   for (Index i = block.first; i < block.last; ++i) {
+    if ((i - block.first) % group == 0) narrow(i, std::min(block.last, i + group), near_block, near_group);
     const Quad& position = particles.position[static_cast<std::size_t>(i)];
     const double reach = position.w + skin;
     for (Index w = 0; w < static_cast<Index>(walls.size()); ++w) {
@@ -137,7 +177,7 @@ void find_wall_candidates(const std::vector<Wall>& walls, const Particles& parti
       const auto triangles_before = static_cast<Index>(block.triangles.size());
       bool near = false;
       if (const Mesh* mesh = std::get_if<Mesh>(&wall.surface)) {
-        triangles_near(*mesh, local, reach, block.triangles);
+        triangles_near(*mesh, near_group[static_cast<std::size_t>(w)], local, reach, block.triangles);
         near = static_cast<Index>(block.triangles.size()) > triangles_before;
       } else {
         Touch touch;
@@ -146,7 +186,7 @@ void find_wall_candidates(const std::vector<Wall>& walls, const Particles& parti
       }
       const bool touched = old != touching.end() && old->particle == i && old->wall == w;
       if (!near && !touched) continue;
-      WallCandidate candidate{i, w, triangles_before, static_cast<Index>(block.triangles.size()), -1, 0, 0.0};
+      WallCandidate candidate{i, w, triangles_before, static_cast<Index>(block.triangles.size()), -1, 0, 0.0, -1, {}};
       if (touched) {
         candidate.first_slot = static_cast<Index>(block.wall_slots.size());
         candidate.touches = old->touches;
