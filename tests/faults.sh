@@ -98,7 +98,7 @@ same() {
   for file in $(cd unbroken && ls -- *.csv frames.pvd frames/*); do
     cmp -s "unbroken/$file" "$1/$file" || { wrong "$file differs"; break; }
   done
-  file=$(cd "$1" && ls -d -- checkpoint* ./*.part frames/*.part 2> /dev/null)
+  file=$(cd "$1" && ls -d -- checkpoint* ./*.journal ./*.part frames/*.part 2> /dev/null)
   [ -z "$file" ] || wrong "left behind: $file"
 }
 
