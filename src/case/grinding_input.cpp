@@ -295,17 +295,21 @@ struct Reader {
 
   void read_sweep() {
     const TextTable sweep = read_cells((std::filesystem::path(request.sweep) / "sweep.csv").string());
-    const int energy = sweep.find(energy_rate), from = sweep.find(std::string(energy_rate) + "_from"), to = sweep.find(std::string(energy_rate) + "_to");
-    if (energy < 0) throw InputError(fmt::format("{}:{}: the column {} is missing; run the sweep with --set observe.spectrum=true.", sweep.file, sweep.header_line, energy_rate));
+    const std::string name = request.against.empty() ? energy_rate : request.against;
+    const int energy = sweep.find(name), from = sweep.find(name + "_from"), to = sweep.find(name + "_to");
+    if (energy < 0)
+      throw InputError(fmt::format("{}:{}: the column {} is missing; {}.", sweep.file, sweep.header_line, name,
+                                   name.starts_with(energy_rate) ? "run the sweep with --set observe.spectrum=true" : fmt::format("there are {}", fmt::join(sweep.names, ", "))));
     std::vector<std::pair<int, int>> shared;
     for (const int k : conditions) {
-      const std::string& name = table.names[static_cast<std::size_t>(k)];
-      for (int j = 0; j < energy; ++j) {
+      const std::string& here = table.names[static_cast<std::size_t>(k)];
+      for (int j = 0; j < static_cast<int>(sweep.names.size()); ++j) {
         const std::string& key = sweep.names[static_cast<std::size_t>(j)];
-        if (key == name || key.ends_with("." + name)) shared.emplace_back(k, j);
+        if (key == here || key.ends_with("." + here)) shared.emplace_back(k, j);
       }
     }
-    study.x_name = "E_i", study.x_unit = "W";
+    const std::string& unit = sweep.units[static_cast<std::size_t>(energy)];
+    study.x_name = name == energy_rate ? "E_i" : name, study.x_unit = unit.empty() ? "1" : unit;
     for (std::size_t k = 0; k < groups.size(); ++k) {
       const std::size_t row = row_in(sweep, groups[k], shared);
       const double x = number_in(sweep, row, energy);
@@ -333,7 +337,6 @@ struct Reader {
       study.points.push_back(std::move(point));
     }
     if (request.sweep.empty()) read_against();
-    else if (!request.against.empty()) throw InputError("quern grinding takes --sweep or --against, one of the two.");
     else read_sweep();
     return study;
   }

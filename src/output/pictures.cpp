@@ -44,7 +44,8 @@ std::string caption_of(const Simulation& s, const std::vector<Headline>& headlin
 
 Drawn draw_pictures(const PictureRequest& request) {
   Drawn drawn;
-  const std::vector<Chart> charts = charts_of(request.tables, request.headlines, request.title);
+  std::vector<Chart> charts = charts_of(request.tables, request.headlines, request.title);
+  charts.insert(charts.end(), request.charts.begin(), request.charts.end());
   const bool charge = request.simulation && request.simulation->particles.owned > 0;
   if (charts.empty() && !charge) return drawn;
   const HiddenDisplay display;
