@@ -5,6 +5,7 @@
 #include <boost/math/tools/roots.hpp>
 #include <cmath>
 #include <functional>
+#include <limits>
 
 namespace quern {
 namespace {
@@ -53,7 +54,8 @@ struct Weighted {
 };
 
 // The least sum of squares where each point's variance is that of the side on which the line passes it. It is convex; the weights are
-// those of the line before, until no point changes its side.
+// those of the line before, until no point changes its side. An error of x counts as one of K by the slope: that given where the line is held to
+// something, its own otherwise.
 Line sided_line(const std::vector<OperatingPoint>& points, double lack, double slope, const Held& held = {}) {
   constexpr double least = 1e-16, most = 1e6;  // of a logarithm: no measurement is exact, none is without any weight
   std::vector<double> variances, rests;
@@ -69,8 +71,11 @@ Line sided_line(const std::vector<OperatingPoint>& points, double lack, double s
       variances.push_back(std::clamp(own + slope * slope * p.log_x_variance, least, most) + lack);
     }
     line = weighted_line(points, variances, held);
-    bool settled = round > 0 && std::abs(line.slope - slope) <= 1e-9 * std::abs(slope);
-    slope = line.slope;
+    bool settled = round > 0;
+    if (!held.slope && !held.height) {
+      settled = settled && std::abs(line.slope - slope) <= 1e-9 * std::abs(slope);
+      slope = line.slope;
+    }
     for (std::size_t k = 0; k < points.size(); ++k) {
       const double rest = std::log(points[k].rate) - line.at(std::log(points[k].x));
       settled = settled && (rest > 0) == (rests[k] > 0);
@@ -110,14 +115,15 @@ Interval95 interval_of(const std::vector<OperatingPoint>& points, const Weighted
   Interval95 out{best, best};
   constexpr double exact = 1e-18;
   if (!(rise > exact)) return out;
-  const auto excess = [&](double value) { return sided_line(points, w.lack, w.slope, hold(value)).chi_square - w.line.chi_square - rise; };
+  const auto excess = [&](double value) { return sided_line(points, w.lack, w.line.slope, hold(value)).chi_square - w.line.chi_square - rise; };
   for (const std::size_t side : {0u, 1u}) {
     double step = side == 0 ? -1e-3 : 1e-3;
-    constexpr double far = 1e4;  // of a logarithm
+    constexpr double far = 1e3;  // of a logarithm
     while (excess(best + step) < 0 && std::abs(step) < far) step *= 2;
     const double a = std::min(best, best + step), b = std::max(best, best + step);
     std::uintmax_t most = 60;
-    out[side] = std::abs(step) < far ? boost::math::tools::toms748_solve(excess, a, b, boost::math::tools::eps_tolerance<double>(24), most).first : step;
+    if (std::abs(step) < far) out[side] = boost::math::tools::toms748_solve(excess, a, b, boost::math::tools::eps_tolerance<double>(24), most).first;
+    else out[side] = std::copysign(std::numeric_limits<double>::infinity(), step);
   }
   return out;
 }

@@ -26,7 +26,14 @@ std::string spoken(const std::optional<Interval95>& interval, double scale = 1) 
   return fmt::format("{:.3g} … {:.3g}", (*interval)[0] / scale, (*interval)[1] / scale);
 }
 
-std::string spoken_number(const std::optional<Interval95>& interval) { return interval ? fmt::format("{:.3g} … {:.3g}", (*interval)[0], (*interval)[1]) : "no interval"; }
+// Of a number of either sign.
+std::string spoken_number(const std::optional<Interval95>& interval) {
+  if (!interval) return "no interval";
+  const auto [low, high] = *interval;
+  if (std::isinf(low) && std::isinf(high)) return "open";
+  if (std::isinf(low)) return fmt::format("at most {:.3g}", high);
+  return std::isinf(high) ? fmt::format("at least {:.3g}", low) : fmt::format("{:.3g} … {:.3g}", low, high);
+}
 
 Column words(const std::string& name, const std::string& description) { return {name, "1", description, {}, {}}; }
 Column numbers(const std::string& name, const std::string& unit, const std::string& description) { return {name, unit, description, {}, {}}; }
