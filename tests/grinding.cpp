@@ -312,6 +312,23 @@ TEST_CASE("quern grinding says in one line what is wrong with its input", "[cli]
   }
 }
 
+TEST_CASE("quern validate holds fits to measured sizes against their bands", "[cli]") {
+  const Folder folder;
+  folder.write("case/sizes.csv", three_runs(",E_i [W]", {"a,1", "b,2", "c,3"}));
+  const auto validate = [&](const std::string& run) {
+    folder.write("case/check.toml", "source = \"made\"\n[[run]]\nname = \"a\"\n" + run +
+                                        "\n[[figure]]\nname = \"b\"\nrun = \"a\"\nvalue = \"rate_exponent_D80\"\nreference = 0.9\nkind = \"closed form\"\nband = [0.89, 0.91]\n");
+    const std::string command = std::string("'") + QUERN_PROGRAM + "' validate '" + (folder.path / "case").string() + "' --out '" + (folder.path / "out").string() + "' > '" + (folder.path / "log").string() + "' 2>&1";
+    return WEXITSTATUS(std::system(command.c_str()));
+  };
+  CHECK(validate("grinding = \"sizes.csv\"") == 0);
+  CHECK_THAT(folder.read("log"), Catch::Contains("pass") && Catch::Contains("b: 0.9 ("));
+  CHECK(validate("grinding = \"sizes.csv\"\nset = [\"mill.speed=1\"]") == 2);
+  CHECK_THAT(folder.read("log"), Catch::Contains("check.toml:4: run.grinding: stands alone"));
+  CHECK(validate("against = \"speed\"") == 2);
+  CHECK_THAT(folder.read("log"), Catch::Contains("run.grinding: is missing"));
+}
+
 TEST_CASE("the measured kinetics of cases/kinetics_real come out as its page says", "[cli]") {
   const Folder folder;
   const std::string source = std::string(QUERN_SOURCE_DIR) + "/cases/kinetics_real/";

@@ -8,7 +8,6 @@
 #include "src/grinding/study.hpp"
 #include "src/output/grinding_report.hpp"
 #include "src/output/pictures.hpp"
-#include "src/output/tables.hpp"
 
 namespace quern {
 namespace {
@@ -27,8 +26,7 @@ int grind(const GrindingWords& words) {
   const std::string name = fs::path(words.request.file).stem().string();
   const fs::path directory = words.directory.empty() ? fs::path("out") / (name + "_grinding") : fs::path(words.directory);
   make_directory(directory.string());
-  for (const Table& table : grinding_tables(study, result)) write_whole_file((directory / (table.name + ".csv")).string(), csv_of(table));
-  write_whole_file((directory / "summary.json").string(), json_of(grinding_headlines(study, result)));
+  write_grinding(study, result, directory.string());
   for (const std::string& line : grinding_words(study, result)) fmt::print("{}\n", line);
   for (const std::string& remark : result.remarks) fmt::print("{}\n", remark);
   if (!words.no_pictures) {

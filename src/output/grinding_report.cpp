@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include "src/base/whole_file.hpp"
+#include "src/output/tables.hpp"
 
 namespace quern {
 namespace {
@@ -227,6 +229,11 @@ std::vector<Chart> grinding_charts(const GrindingStudy& study, const GrindingRes
     if (!study.x_name.empty()) charts.push_back(rates_chart(study, one, title));
   }
   return charts;
+}
+
+void write_grinding(const GrindingStudy& study, const GrindingResult& result, const std::string& directory) {
+  for (const Table& table : grinding_tables(study, result)) write_whole_file(directory + "/" + table.name + ".csv", csv_of(table));
+  write_whole_file(directory + "/summary.json", json_of(grinding_headlines(study, result)));
 }
 
 std::vector<std::string> grinding_words(const GrindingStudy& study, const GrindingResult& result) {
