@@ -281,7 +281,7 @@ RoundScale speed_scale(const Particles& p) {
 
 void draw_charge(const ChargePicture& picture, const std::string& path) {
   const Simulation& s = *picture.simulation;
-  const View view = view_along(picture.axis, s.gravity);
+  const View view = view_along(picture.axis, picture.up.isZero() ? s.gravity : (-picture.up).eval());
   const Surroundings shown = surroundings(s.walls, s.particles.position);
 
   vtkNew<vtkRenderer> renderer;

@@ -23,6 +23,8 @@ struct PictureRequest {
   std::vector<Table> tables;
   std::vector<Headline> headlines;
   std::vector<Chart> charts = {}; // further ones
+  Vec3 view_up = Vec3::Zero();    // of charge.png; zero: against gravity
+  std::string of;                 // what of the mill charge.png shows; empty: all
 };
 
 struct Drawn {
