@@ -71,6 +71,13 @@ std::vector<Pose> poses_at(const std::vector<Frame>& frames, double time) {
   return poses;
 }
 
+Turn turn_at(const Motion& motion, double time) {
+  if (const auto* m = std::get_if<Rotating>(&motion)) return {m->centre, m->axis, m->speed * time, m->speed};
+  if (const auto* m = std::get_if<RotatingByTable>(&motion))
+    return {m->centre, m->axis, angle_since_first(*m, time) - angle_since_first(*m, 0), speed_at(*m, time)};
+  return {};
+}
+
 Pose carried(const Pose& frame, const Pose& rest) {
   Pose pose;
   pose.origin = frame.to_fixed(rest.origin);

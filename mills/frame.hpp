@@ -44,6 +44,15 @@ struct Frame {
 // Pose of each frame at time t [s] in the fixed frame, in the order of the list. Exact, not stepped: no drift.
 std::vector<Pose> poses_at(const std::vector<Frame>& frames, double time);
 
+// What a motion turns about and how, at time t [s]; for one that does not turn, angle and speed are zero.
+struct Turn {
+  Vec3 centre = Vec3::Zero();  // a point of the axis, in the parent [m]
+  Vec3 axis = Vec3::UnitZ();   // unit, in the parent
+  double angle = 0;            // since time 0 [rad]
+  double speed = 0;            // [rad/s]
+};
+Turn turn_at(const Motion& motion, double time);
+
 // A body whose pose in a frame is `rest`, seen from the fixed frame. Its own velocities in the frame, if any, are added.
 Pose carried(const Pose& frame, const Pose& rest);
 

@@ -94,9 +94,10 @@ void make_laws(const Case& c, Simulation& s) {
   }
 }
 
-Region region_of(const InsertCase& insert, const Case& c) {
+// `vial`: of a planetary mill.
+Region region_of(const InsertCase& insert, const Case& c, int vial) {
   Region region;
-  if (insert.shape == InsertCase::Shape::mill) return inside_of(*c.mill);
+  if (insert.shape == InsertCase::Shape::mill) return c.planetary ? inside_of(*c.planetary, vial) : inside_of(*c.mill);
   region.pose.origin = insert.centre;
   switch (insert.shape) {
     case InsertCase::Shape::box: region.shape = BoxRegion{-0.5 * insert.size, 0.5 * insert.size}; break;
@@ -120,6 +121,16 @@ void add_ball(Simulation& s, const Case& c, std::uint8_t species, const Vec3& ce
   set(s.particles.spin[row], spin);
 }
 
+std::vector<Quad> those_in(const PlanetaryMill& mill, int vial, const std::vector<Quad>& balls) {
+  std::vector<Quad> inside;
+  const Pose pose = vial_pose(mill, vial);
+  for (const Quad& ball : balls) {
+    const Vec3 own = pose.to_local(vec(ball));
+    if (std::hypot(own.x(), own.y()) < 0.5 * mill.vial_diameter && std::abs(own.z()) < 0.5 * mill.vial_length) inside.push_back(ball);
+  }
+  return inside;
+}
+
 void refuse_overlaps(const InsertCase& insert, double allowed, const Simulation& s) {
   const double overlap = largest_overlap(s.particles.position, s.walls, s.domain);
   if (overlap > allowed)
@@ -141,16 +152,16 @@ void insert_particles(const Case& c, Simulation& s) {
     refuse_overlaps(insert, allowed_overlap, s);
   }
   std::vector<bool> done(c.inserts.size());
+  double reference_volume = 0;
+  if (c.mill) reference_volume = volume(*c.mill);
+  if (c.planetary) reference_volume = volume(*c.planetary);
   for (std::size_t k = 0; k < c.inserts.size(); ++k) {
     const InsertCase& first = c.inserts[k];
     if (done[k] || first.method == InsertCase::Method::list) continue;
     PackingRequest request;
-    request.region = region_of(first, c);
-    request.reference_volume = c.mill ? volume(*c.mill) : 0;
+    request.reference_volume = reference_volume;
     if (c.gravity.norm() > 0) request.gravity = c.gravity;
     request.domain = s.domain;
-    request.present = s.particles.position;
-    request.seed = c.seed + k;
     // What goes into the same place in the same way is packed together, so that it mixes.
     for (std::size_t other = k; other < c.inserts.size(); ++other) {
       const InsertCase& insert = c.inserts[other];
@@ -159,14 +170,23 @@ void insert_particles(const Case& c, Simulation& s) {
       const SpeciesCase& species = c.species[insert.species];
       request.portions.push_back({insert.species, species.density, species.sizes, insert.count, insert.mass, insert.filling});
     }
-    try {
-      const Packing packing = first.method == InsertCase::Method::rain ? pack_rain(request, s.walls) : pack_dense(request, s.walls);
-      if (packing.largest_overlap > tolerated_overlap)
-        throw InputError(fmt::format("the packing found leaves overlaps of {:.3g} radii; ask for less, or a larger region", packing.largest_overlap));
-      for (std::size_t i = 0; i < packing.position.size(); ++i)
-        add_ball(s, c, packing.species[i], packing.position[i], packing.diameter[i], first.velocity, first.spin);
-    } catch (const InputError& e) {
-      refuse(first.where, "insert." + first.name, e.what());
+    const bool in_vials = c.planetary && first.shape == InsertCase::Shape::mill;
+    const Turn disc = in_vials ? turn_at(disc_motion(*c.planetary), 0) : Turn{};
+    for (int vial = 0; vial < (in_vials ? c.planetary->vials : 1); ++vial) {
+      request.region = region_of(first, c, vial);
+      request.present = in_vials ? those_in(*c.planetary, vial, s.particles.position) : s.particles.position;
+      request.seed = c.seed + k + 1000 * static_cast<std::uint64_t>(vial);
+      try {
+        const Packing packing = first.method == InsertCase::Method::rain ? pack_rain(request, s.walls) : pack_dense(request, s.walls);
+        if (packing.largest_overlap > tolerated_overlap)
+          throw InputError(fmt::format("the packing found leaves overlaps of {:.3g} radii; ask for less, or a larger region", packing.largest_overlap));
+        for (std::size_t i = 0; i < packing.position.size(); ++i) {
+          const Vec3 carried_along = disc.speed * disc.axis.cross(packing.position[i] - disc.centre);
+          add_ball(s, c, packing.species[i], packing.position[i], packing.diameter[i], first.velocity + carried_along, first.spin + disc.speed * disc.axis);
+        }
+      } catch (const InputError& e) {
+        refuse(first.where, "insert." + first.name, e.what());
+      }
     }
   }
 }
@@ -177,11 +197,18 @@ double bulk_volume(const Particles& particles) {
   return sum / (1 - bulk_porosity);
 }
 
-// The greatest speed of approach to reckon with: in a mill, shell against a ball that fell through it; otherwise the fastest
+// The greatest speed of approach to reckon with: in a mill, shell against a ball that fell through it (in a vial, by the pull of the disc);
+// otherwise the fastest
 // ball against one like it, after falling through the space the balls take up.
 double greatest_speed(const Case& c, const Simulation& s) {
   const double g = c.gravity.norm();
   if (c.mill) return 0.5 * c.mill->diameter * std::abs(c.mill->speed) + std::sqrt(2 * g * c.mill->diameter);
+  if (c.planetary) {
+    const PlanetaryMill& mill = *c.planetary;
+    const double across = mill.tilt == 0 ? mill.vial_diameter : std::hypot(mill.vial_diameter, mill.vial_length);
+    const double pull = mill.speed * mill.speed * 0.5 * (mill.disc_diameter + across) + g;
+    return 0.5 * mill.vial_diameter * std::abs(turn_at(vial_motion(mill, 0), mill.ramp).speed) + std::sqrt(2 * pull * across);
+  }
   double fastest = 0, low = 1e300, high = -1e300;
   for (Index i = 0; i < s.particles.owned; ++i) {
     const auto row = static_cast<std::size_t>(i);
@@ -253,8 +280,39 @@ void fill_observers(const Case& c, Built& built) {
     if (id >= count) throw InputError(fmt::format("{}: observe.track: found particle {}; allowed are 0 to {}, in the order of insertion.", c.file, id, count - 1));
   constexpr Index few = 1000;
   if (o.contact_history && count > few) throw InputError(fmt::format("{}: observe.contact_history: found {} particles; allowed are at most {}.", c.file, count, few));
+  o.planetary = c.planetary;
   if (!c.mill) return;
   o.mill = MillAxis{c.mill->centre, c.mill->axis.normalized(), c.mill->speed, 0.5 * c.mill->diameter, c.mill->length, c.mill->lifters.count > 0 ? c.mill->lifters.height : 0};
+}
+
+Mesh read_vessel(const Case& c) {
+  try {
+    StlReport report;
+    Mesh mesh = read_stl(c.vial_file, c.vial_scale, report);
+    if (!report.closed) throw InputError(fmt::format("found an open surface with {} open edges in {}; allowed is a closed one", report.open_edges, c.vial_file));
+    // The free side is inside, whichever way the file's triangles look.
+    double sixfold_volume = 0;
+    for (const auto& t : mesh.triangles) sixfold_volume += mesh.vertices[static_cast<std::size_t>(t[0])].dot(mesh.vertices[static_cast<std::size_t>(t[1])].cross(mesh.vertices[static_cast<std::size_t>(t[2])]));
+    if (sixfold_volume > 0) {
+      std::vector<std::array<Index, 3>> turned = mesh.triangles;
+      for (auto& t : turned) std::swap(t[1], t[2]);
+      mesh = make_mesh(mesh.vertices, std::move(turned));
+    }
+    return mesh;
+  } catch (const InputError& e) {
+    refuse(c.file, "mill.vial_file", e.what());
+  }
+}
+
+// From the fixed frame to the axes of the disc, which coincide at time 0.
+void turn_with_disc(const PlanetaryMill& mill, Simulation& s) {
+  const Turn disc = turn_at(disc_motion(mill), 0);
+  const Vec3 speed = disc.speed * disc.axis;
+  for (std::size_t k = 0; k < s.particles.position.size(); ++k) {
+    add(s.particles.velocity[k], -speed.cross(vec(s.particles.position[k]) - disc.centre));
+    add(s.particles.spin[k], -speed);
+  }
+  s.fields.push_back(TurningFrame{disc_motion(mill), s.gravity});
 }
 
 }  // namespace
@@ -314,13 +372,17 @@ Built build_case(const Case& c) {
   s.domain = c.domain;
   s.gravity = c.gravity;
 
+  std::optional<PlanetaryMill> mill = c.planetary;
+  if (mill && !c.vial_file.empty()) mill->vessel = read_vessel(c);
   if (c.mill) s.frames.push_back(frame_of(*c.mill));
+  if (mill) s.frames = frames_of(*mill);
   const auto frame_index = [&](const std::string& name) {
     const auto found = std::find_if(s.frames.begin(), s.frames.end(), [&](const Frame& frame) { return frame.name == name; });
     return name.empty() ? Index{-1} : static_cast<Index>(found - s.frames.begin());
   };
   for (const FrameCase& frame : c.frames) s.frames.push_back({frame.name, frame_index(frame.parent), frame.motion});
   if (c.mill) s.walls = walls_of(*c.mill, 0);
+  if (mill) s.walls = walls_of(*mill, 0);
   const std::vector<Pose> poses = poses_at(s.frames, 0);
   for (const WallCase& wall : c.walls) {
     const Index frame = frame_index(wall.frame);
@@ -328,11 +390,13 @@ Built build_case(const Case& c) {
   }
 
   insert_particles(c, s);
+  if (mill && mill->axes == PlanetaryMill::Axes::disc) turn_with_disc(*mill, s);
   make_laws(c, s);
   choose_time_step(c, built);
   warn_of_soft_contacts(built);
   fill_observers(c, built);
   if (c.mill) built.filling = bulk_volume(s.particles) / volume(*c.mill);
+  if (mill) built.filling = bulk_volume(s.particles) / (mill->vials * volume(*mill));
   return built;
 }
 

@@ -191,13 +191,14 @@ Motion read_motion(const Values& v, const std::string& t) {
   return RotatingByTable{v.vector(t + ".centre"), direction(v, t + ".axis"), times, speeds};
 }
 
-// Frames with parents before their children. `carrier`: the mill's own frame, or "".
-std::vector<FrameCase> read_frames(const Values& v, const std::string& carrier) {
+// Frames with parents before their children. `carriers`: the mill's own frames.
+std::vector<FrameCase> read_frames(const Values& v, const std::vector<std::string>& carriers) {
   std::vector<std::string> names = v.names("frame");
+  const auto carries = [&](const std::string& name) { return std::find(carriers.begin(), carriers.end(), name) != carriers.end(); };
   for (const std::string& name : names)
-    if (name == carrier) v.refuse("frame." + name, "found the name of the mill's own frame; allowed is any other");
+    if (carries(name)) v.refuse("frame." + name, "found the name of the mill's own frame; allowed is any other");
   std::vector<std::string> parents = names;
-  if (!carrier.empty()) parents.push_back(carrier);
+  parents.insert(parents.end(), carriers.begin(), carriers.end());
   std::vector<FrameCase> ordered;
   std::vector<std::string> open;
   const std::function<void(const std::string&)> visit = [&](const std::string& name) {
@@ -209,7 +210,7 @@ std::vector<FrameCase> read_frames(const Values& v, const std::string& carrier) 
     if (v.has(t + ".parent")) {
       index_of(v, t + ".parent", parents, "frame");
       frame.parent = v.text(t + ".parent");
-      if (frame.parent != carrier) visit(frame.parent);
+      if (!carries(frame.parent)) visit(frame.parent);
     }
     open.pop_back();
     ordered.push_back(frame);
@@ -314,7 +315,7 @@ TumblingMill read_mill(const Values& v, const std::vector<std::string>& material
   mill.length = v.has("mill.length") ? v.number("mill.length") : v.number("mill.length_ratio") * mill.diameter;
   mill.ramp = v.number("mill.ramp");
   mill.centre = v.vector("mill.centre");
-  mill.axis = direction(v, "mill.axis");
+  if (v.has("mill.axis")) mill.axis = direction(v, "mill.axis");
   mill.ends = v.text("mill.ends") == "periodic" ? TumblingMill::Ends::periodic : TumblingMill::Ends::walls;
   if (v.has("mill.material")) mill.material = index_of(v, "mill.material", materials, "material");
   else if (materials.size() > 1) v.refuse("mill.material", "this is missing; allowed is " + quoted_list(materials));
@@ -326,6 +327,38 @@ TumblingMill read_mill(const Values& v, const std::vector<std::string>& material
     mill.lifters.face_angle = v.number("mill.lifters.face_angle");
     const std::string shape = v.text("mill.lifters.shape");
     mill.lifters.shape = shape == "trapezoid" ? Lifters::Shape::trapezoid : shape == "bar" ? Lifters::Shape::bar : Lifters::Shape::rectangular;
+  }
+  return mill;
+}
+
+// The mill's keys that only another kind of mill has (those with a default stand in every complete case).
+void refuse_keys_of_others(const Values& v, const std::string& type, std::initializer_list<const char*> others) {
+  for (const char* key : others)
+    if (v.has(key)) v.refuse(key, fmt::format("a {} mill has none; allowed is to leave it out", type));
+}
+
+PlanetaryMill read_planetary(const Values& v, const std::vector<std::string>& materials, Case& c) {
+  PlanetaryMill mill;
+  for (const char* leaf : {"disc_diameter", "diameter", "length", "speed", "speed_ratio"}) require(v, "mill", leaf, "a planetary mill");
+  mill.disc_diameter = v.number("mill.disc_diameter");
+  mill.vial_diameter = v.number("mill.diameter");
+  mill.vial_length = v.number("mill.length");
+  mill.vials = static_cast<int>(v.whole("mill.vials"));
+  mill.speed = v.number("mill.speed");
+  mill.ratio = v.number("mill.speed_ratio");
+  mill.ratio_to = v.text("mill.speed_ratio_to") == "fixed" ? PlanetaryMill::RatioTo::fixed : PlanetaryMill::RatioTo::disc;
+  mill.ramp = v.number("mill.ramp");
+  mill.tilt = v.number("mill.vial_tilt");
+  mill.centre = v.vector("mill.centre");
+  if (v.has("mill.axis")) mill.axis = direction(v, "mill.axis");
+  mill.axes = v.text("mill.axes") == "disc" ? PlanetaryMill::Axes::disc : PlanetaryMill::Axes::fixed;
+  if (v.has("mill.material")) mill.material = index_of(v, "mill.material", materials, "material");
+  else if (materials.size() > 1) v.refuse("mill.material", "this is missing; allowed is " + quoted_list(materials));
+  if (v.has("mill.vial_file")) c.vial_file = beside(v, v.text("mill.vial_file")), c.vial_scale = v.number("mill.vial_scale");
+  try {
+    check(mill);
+  } catch (const InputError& e) {
+    v.refuse("mill", e.what());
   }
   return mill;
 }
@@ -399,11 +432,19 @@ Case read_case(const std::string& file, const std::vector<std::string>& override
   }
 
   const bool has_mill = v.has_table("mill");
-  if (has_mill) c.mill = read_mill(v, materials);
-  const std::string carrier = c.mill ? c.mill->name : "";
-  c.frames = read_frames(v, carrier);
+  std::vector<std::string> carriers;
+  if (has_mill && v.text("mill.type") == "planetary") {
+    refuse_keys_of_others(v, "planetary", {"mill.speed_fraction", "mill.length_ratio", "mill.lifters.height", "mill.lifters.width"});
+    c.planetary = read_planetary(v, materials, c);
+    carriers = names_of(frames_of(*c.planetary));
+  } else if (has_mill) {
+    refuse_keys_of_others(v, "tumbling", {"mill.disc_diameter", "mill.speed_ratio", "mill.vial_file"});
+    c.mill = read_mill(v, materials);
+    carriers = {c.mill->name};
+  }
+  c.frames = read_frames(v, carriers);
   std::vector<std::string> frames = names_of(c.frames);
-  if (c.mill) frames.push_back(carrier);
+  frames.insert(frames.end(), carriers.begin(), carriers.end());
   for (const std::string& name : v.names("wall")) c.walls.push_back(read_wall(v, name, materials, frames));
   for (const std::string& name : v.names("insert")) c.inserts.push_back(read_insert(v, name, c.species, has_mill));
   if (c.inserts.empty()) v.refuse("", "the case inserts nothing; at least one [insert.<name>] is needed");
@@ -423,6 +464,13 @@ Case read_case(const std::string& file, const std::vector<std::string>& override
       v.refuse("mill", e.what());
     }
     c.domain = domain_of(*c.mill);
+  }
+  if (c.planetary) {
+    try {
+      c.critical_speed = critical_ratio(*c.planetary, largest) * std::abs(c.planetary->speed);
+    } catch (const InputError& e) {
+      v.refuse("mill", e.what());
+    }
   }
   for (int axis = 0; axis < 3; ++axis) {
     const std::string key = std::string("periodic.") + "xyz"[axis];

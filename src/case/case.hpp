@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 #include "mills/frame.hpp"
+#include "mills/planetary.hpp"
 #include "mills/tumbling.hpp"
 #include "src/base/domain.hpp"
 #include "src/contact/rolling.hpp"
@@ -108,7 +109,10 @@ struct Case {
   std::vector<FrameCase> frames;  // parents before their children
   std::vector<WallCase> walls;
   std::optional<TumblingMill> mill;
-  double critical_speed = 0;      // of the mill with the largest ball [rad/s]; 0 without a mill
+  std::optional<PlanetaryMill> planetary;
+  std::string vial_file;          // of the planetary mill, absolute; "": a cylinder
+  double vial_scale = 1;          // [m per unit of that file]
+  double critical_speed = 0;      // of the mill with the largest ball [rad/s]; planetary: of the vials against the fixed frame; 0 without a mill
   std::vector<InsertCase> inserts;
   Domain domain;                  // the periodic directions of the case; a mill may add one
   OutputCase output;

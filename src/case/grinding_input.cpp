@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <filesystem>
 #include <map>
@@ -20,6 +21,12 @@ namespace {
 constexpr const char* energy_rate = "impact_energy_rate";
 
 bool is_digits(std::string_view text) { return !text.empty() && std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c); }); }
+
+bool is_number(const std::string& text) {
+  char* end = nullptr;
+  std::strtod(text.c_str(), &end);
+  return !text.empty() && *end == 0;
+}
 
 // "D80" or "d80".
 bool is_measure(const std::string& name) { return name.size() > 1 && (name[0] == 'D' || name[0] == 'd') && is_digits(std::string_view(name).substr(1)); }
@@ -63,6 +70,8 @@ struct Reader {
   }
 
   void read_columns() {
+    for (const std::string& name : table.names)
+      if (std::count(table.names.begin(), table.names.end(), name) > 1) refuse_file(fmt::format("two columns are called {}; repeats are rows of the same time", name));
     time = required("t", "`t [s]` or another unit of time, or `t [1]` to count passes");
     const UnitFactor of_time = with_unit(time, {"s", "1"}, "`t [s]` or `t [min]`");
     study.time_unit = of_time.si, time_factor = of_time.factor;
@@ -222,14 +231,18 @@ struct Reader {
   }
 
   // Too few, or growing beyond their scatter.
-  void check_series(const Group& group, const SizeSeries& s, const std::string& measure, bool known_limit) const {
+  void check_series(const Group& group, const SizeSeries& s, const std::string& measure, std::optional<double> limit) const {
     const std::size_t row = group.rows.back();
     const int column = sieved() ? table.find("size") : table.find(measure);
     const std::set<double> times(s.times.begin(), s.times.end());
-    const std::size_t needed = known_limit ? 2 : 3;
+    const std::size_t needed = limit ? 2 : 3;
     if (times.size() < needed)
       table.refuse(row, column, fmt::format("{} has {} of {} at {} time{}; {} are needed{}", group.label, s.sizes.size(), measure, times.size(), times.size() == 1 ? "" : "s", needed,
-                                            known_limit ? "" : fmt::format(" where the limit is not known, or 2 with `{}_limit` or --limit", measure)));
+                                            limit ? "" : fmt::format(" where the limit is not known, or 2 with `{}_limit` or --limit", measure)));
+    const double largest = *std::max_element(s.sizes.begin(), s.sizes.end());
+    if (limit && *limit >= largest)
+      table.refuse(row, column, fmt::format("the known limit of {}, {:g} {}, is not below its largest {}, {:g} {}", group.label, *limit / study.shown_size, study.shown_size_unit, measure,
+                                            largest / study.shown_size, study.shown_size_unit));
     const auto n = static_cast<double>(s.times.size());
     double t = 0, d = 0, tt = 0, td = 0, dd = 0;
     for (std::size_t k = 0; k < s.times.size(); ++k) t += s.times[k] / n, d += s.sizes[k] / n;
@@ -255,7 +268,7 @@ struct Reader {
     } else {
       for (const char* name : {energy_rate, "E_i"})
         if (column < 0) column = table.find(name);
-      if (column < 0 && conditions.size() == 1) column = conditions[0];
+      if (column < 0 && conditions.size() == 1 && is_number(table.rows[groups[0].first()][static_cast<std::size_t>(conditions[0])])) column = conditions[0];
     }
     if (column < 0) return;
     const auto c = static_cast<std::size_t>(column);
@@ -295,17 +308,21 @@ struct Reader {
 
   void read_sweep() {
     const TextTable sweep = read_cells((std::filesystem::path(request.sweep) / "sweep.csv").string());
-    const int energy = sweep.find(energy_rate), from = sweep.find(std::string(energy_rate) + "_from"), to = sweep.find(std::string(energy_rate) + "_to");
-    if (energy < 0) throw InputError(fmt::format("{}:{}: the column {} is missing; run the sweep with --set observe.spectrum=true.", sweep.file, sweep.header_line, energy_rate));
+    const std::string name = request.against.empty() ? energy_rate : request.against;
+    const int energy = sweep.find(name), from = sweep.find(name + "_from"), to = sweep.find(name + "_to");
+    if (energy < 0)
+      throw InputError(fmt::format("{}:{}: the column {} is missing; {}.", sweep.file, sweep.header_line, name,
+                                   name.starts_with(energy_rate) ? "run the sweep with --set observe.spectrum=true" : fmt::format("there are {}", fmt::join(sweep.names, ", "))));
     std::vector<std::pair<int, int>> shared;
     for (const int k : conditions) {
-      const std::string& name = table.names[static_cast<std::size_t>(k)];
-      for (int j = 0; j < energy; ++j) {
+      const std::string& here = table.names[static_cast<std::size_t>(k)];
+      for (int j = 0; j < static_cast<int>(sweep.names.size()); ++j) {
         const std::string& key = sweep.names[static_cast<std::size_t>(j)];
-        if (key == name || key.ends_with("." + name)) shared.emplace_back(k, j);
+        if (key == here || key.ends_with("." + here)) shared.emplace_back(k, j);
       }
     }
-    study.x_name = "E_i", study.x_unit = "W";
+    const std::string& unit = sweep.units[static_cast<std::size_t>(energy)];
+    study.x_name = name == energy_rate ? "E_i" : name, study.x_unit = unit.empty() ? "1" : unit;
     for (std::size_t k = 0; k < groups.size(); ++k) {
       const std::size_t row = row_in(sweep, groups[k], shared);
       const double x = number_in(sweep, row, energy);
@@ -328,12 +345,11 @@ struct Reader {
       for (const std::string& measure : study.measures) {
         point.limits.push_back(limit_of(group, measure));
         point.series.push_back(sieved() ? passing_sizes(group, measure) : sizes_of(group, measure));
-        if (!point.series.back().times.empty()) check_series(group, point.series.back(), measure, point.limits.back().has_value());
+        if (!point.series.back().times.empty()) check_series(group, point.series.back(), measure, point.limits.back());
       }
       study.points.push_back(std::move(point));
     }
     if (request.sweep.empty()) read_against();
-    else if (!request.against.empty()) throw InputError("quern grinding takes --sweep or --against, one of the two.");
     else read_sweep();
     return study;
   }

@@ -25,9 +25,24 @@ MillCharge charge_of(const Case& c, const Built& built) {
   return charge;
 }
 
+std::vector<Headline> planetary_headlines(const Case& c, const Built& built) {
+  const PlanetaryMill& mill = *c.planetary;
+  const double disc = std::abs(mill.speed), gravity = c.gravity.norm();
+  std::vector<Headline> lines = {{"disc_speed", mill.speed, "rad/s", {}, "speed of the disc"},
+                                 {"filling", built.filling, "1", {}, "bulk volume of the charge (porosity 0.4) over the volume of the vials"}};
+  if (gravity > 0) lines.push_back({"centrifugal_factor", 0.5 * mill.disc_diameter * disc * disc / gravity, "1", {}, "pull of the disc at the middle of a vial over gravity"});
+  if (mill.tilt > 0) return lines;
+  lines.push_back({"vial_speed", absolute_ratio(mill) * mill.speed, "rad/s", {}, "speed of the vials against the fixed frame"});
+  lines.push_back({"critical_speed", c.critical_speed, "rad/s", {}, "speed of the vials against the fixed frame at which the largest ball stays on the shell, without gravity"});
+  if (c.critical_speed > 0)
+    lines.push_back({"speed_fraction", std::abs(absolute_ratio(mill)) * disc / c.critical_speed, "1", {}, "speed of the vials against the fixed frame over critical speed"});
+  return lines;
+}
+
 }  // namespace
 
 std::vector<Headline> mill_headlines(const Case& c, const Built& built) {
+  if (c.planetary) return planetary_headlines(c, built);
   if (!c.mill) return {};
   std::vector<Headline> lines = {{"critical_speed", c.critical_speed, "rad/s", {}, "speed at which the largest ball stays on the shell"},
                                  {"speed_fraction", c.mill->speed / c.critical_speed, "1", {}, "speed over critical speed"},

@@ -121,6 +121,11 @@ CheckRun read_run(Entry entry, const std::string& folder, bool slow) {
     }
   }
   run.slow = entry.flag("slow", slow);
+  const std::string sizes = entry.text("grinding", "");
+  GrindingRequest grinding{(fs::path(folder) / sizes).string(), "", entry.text("against", ""), entry.texts("limits"), entry.text("until", "")};
+  if (!sizes.empty()) run.grinding = std::move(grinding);
+  else if (entry.node("against") || entry.node("limits") || entry.node("until")) entry.refuse("grinding", "is missing; `against`, `limits` and `until` belong to it");
+  if (run.grinding && (!run.set.empty() || !run.sweep.empty() || entry.node("file"))) entry.refuse("grinding", "stands alone: it takes no `file`, `set` or `sweep`");
   entry.refuse_others();
   return run;
 }

@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 #include "src/case/grid.hpp"
+#include "src/case/grinding_input.hpp"
 
 namespace quern {
 
@@ -16,6 +17,7 @@ struct CheckRun {
   std::vector<std::string> set;   // overrides
   std::vector<SweptKey> sweep;
   bool slow = false;
+  std::optional<GrindingRequest> grinding = {};  // instead of a simulation: fits to measured sizes
 };
 
 // Which run of a sweep: key → value, as written.

@@ -80,6 +80,16 @@ int explain(const CheckWords& words) {
     fmt::print("Mill        diameter {:.4g} m, length {:.4g} m, filling {:.3g} %\n", c.mill->diameter, c.mill->length, 100 * built.filling);
     fmt::print("            critical speed {:.4g} rpm; turns at {:.4g} rpm, {:.3g} % of it\n", c.critical_speed * per_minute, c.mill->speed * per_minute, 100 * c.mill->speed / c.critical_speed);
   }
+  if (c.planetary) {
+    const PlanetaryMill& mill = *c.planetary;
+    const double per_minute = 60 / (2 * std::numbers::pi);
+    fmt::print("Mill        planetary, {} of {:.4g} mm x {:.4g} mm on a disc of {:.4g} mm; filling {:.3g} %\n", mill.vials == 1 ? "one vial" : fmt::format("{} vials", mill.vials),
+               1e3 * mill.vial_diameter, 1e3 * mill.vial_length, 1e3 * mill.disc_diameter, 100 * built.filling);
+    fmt::print("            disc {:.4g} rpm, vials {:.4g} rpm against it; computed in the axes of the {}\n", mill.speed * per_minute,
+               turn_at(vial_motion(mill, 0), mill.ramp).speed * per_minute, mill.axes == PlanetaryMill::Axes::disc ? "disc" : "fixed frame");
+    if (mill.tilt == 0)
+      fmt::print("            vials {:.4g} rpm against the fixed frame; {:.4g} rpm would keep the largest ball on the shell\n", absolute_ratio(mill) * mill.speed * per_minute, c.critical_speed * per_minute);
+  }
   const double steps = std::ceil(c.duration / s.clock.time_step);
   fmt::print("Time step   {:.4g} s ({}); the limit is {:.4g} s, {}\n", s.clock.time_step, c.time_step ? "as asked" : "chosen", built.limit.limit, built.limit.reason);
   fmt::print("            greatest speed of approach reckoned with: {:.3g} m/s\n", built.expected_speed);

@@ -19,5 +19,6 @@ void add_sweep(CLI::App& program, Action& action);
 void add_validate(CLI::App& program, Action& action);
 void add_list(CLI::App& program, Action& action);
 void add_linearize(CLI::App& program, Action& action);
+void add_grinding(CLI::App& program, Action& action);
 
 }  // namespace quern

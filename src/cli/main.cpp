@@ -57,6 +57,7 @@ int main(int argc, char** argv) {
   quern::add_validate(program, action);
   quern::add_list(program, action);
   quern::add_linearize(program, action);
+  quern::add_grinding(program, action);
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

@@ -52,6 +52,7 @@ int run(const RunWords& words) {
   settings.trajectory = c.output.trajectory;
   settings.pictures = c.output.pictures;
   if (c.mill) settings.view_axis = c.mill->axis;
+  if (c.planetary) settings.view_axis = vial_pose(*c.planetary, 0).axes.col(2);
   settings.headlines = mill_headlines(c, built);
 
   RunOptions options;

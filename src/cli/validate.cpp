@@ -6,10 +6,12 @@
 #include <filesystem>
 #include <memory>
 #include "src/base/error.hpp"
+#include "src/base/whole_file.hpp"
 #include "src/case/case.hpp"
 #include "src/case/validation.hpp"
 #include "src/cli/commands.hpp"
 #include "src/cli/points.hpp"
+#include "src/output/grinding_report.hpp"
 
 namespace quern {
 namespace {
@@ -44,6 +46,7 @@ std::vector<Planned> plan(const Check& check, const ValidateWords& words, std::v
   for (const CheckRun& run : check.runs) {
     if (run.slow && !words.slow) continue;
     planned.push_back({&run, points.size(), 0});
+    if (run.grinding) continue;
     for (std::vector<std::string> overrides : grid_of(run.sweep)) {
       const fs::path folder = fs::path(words.directory) / check.name / run.name;
       const std::string directory = run.sweep.empty() ? folder.string() : (folder / folder_name(run.sweep, overrides)).string();
@@ -55,9 +58,21 @@ std::vector<Planned> plan(const Check& check, const ValidateWords& words, std::v
   return planned;
 }
 
-RunResults results_of(const std::vector<Planned>& planned, const std::vector<Point>& points) {
+// Fits are quick and made anew each time.
+RunResult ground(const GrindingRequest& request, const std::string& directory) {
+  const GrindingStudy study = read_grinding(request);
+  make_directory(directory);
+  write_grinding(study, study_grinding(study), directory);
+  return {{}, directory};
+}
+
+RunResults results_of(const Check& check, const ValidateWords& words, const std::vector<Planned>& planned, const std::vector<Point>& points) {
   RunResults results;
   for (const Planned& one : planned) {
+    if (one.run->grinding) {
+      results[one.run->name] = {ground(*one.run->grinding, (fs::path(words.directory) / check.name / one.run->name).string())};
+      continue;
+    }
     std::vector<RunResult> finished;
     for (std::size_t k = one.first; k < one.first + one.count; ++k) {
       if (!points[k].finished) continue;
@@ -128,7 +143,7 @@ int validate(const ValidateWords& words) {
     if (ended > 1) return ended;
     status = ended;
     for (std::size_t k = 0; k < checks.size(); ++k)
-      if (!judge(checks[k], words, results_of(planned[k], points))) status = 1;
+      if (!judge(checks[k], words, results_of(checks[k], words, planned[k], points))) status = 1;
   }
   if (!words.page.empty()) {
     checks.clear();

@@ -97,6 +97,7 @@ struct StepSums {
   double sliding_loss = 0;     // [J]
   double rolling_loss = 0;     // [J]
   double wall_work = 0;        // done by the walls on the particles in this step [J]
+  double field_work = 0;       // done by the fields in this step [J]
   Index pair_contacts = 0, wall_contacts = 0;
 };
 

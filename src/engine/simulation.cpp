@@ -64,6 +64,8 @@ void find_forces(Simulation& s, const StepContext& context, ContactBlock& block)
     s.kernels->pair_forces(context, s.pair_laws[kind], block.candidates[kind], block, work);
     s.kernels->wall_forces(context, s.pair_laws[kind], block.walls[kind], block);
   }
+  if (!s.fields.empty())
+    block.sums.field_work = context.time_step * apply_fields(s.fields, context.time, s.clock.time_step, s.particles, block.first, block.last, block.load.data());
 }
 
 void add(Quad& to, const Quad& what) { to.x += what.x, to.y += what.y, to.z += what.z; }
@@ -118,6 +120,7 @@ void gather_sums(Simulation& s) {
     c.sums.sliding_loss += block.sums.sliding_loss;
     c.sums.rolling_loss += block.sums.rolling_loss;
     c.sums.wall_work += block.sums.wall_work;
+    c.sums.field_work += block.sums.field_work;
     c.sums.pair_contacts += block.sums.pair_contacts;
     c.sums.wall_contacts += block.sums.wall_contacts;
     for (std::size_t w = 0; w < s.walls.size(); ++w) {
@@ -135,6 +138,7 @@ void gather_sums(Simulation& s) {
   s.ledger.sliding_loss += c.sums.sliding_loss;
   s.ledger.rolling_loss += c.sums.rolling_loss;
   s.ledger.wall_work += c.sums.wall_work;
+  s.ledger.field_work += c.sums.field_work;
   s.ledger.throughput += std::abs(c.sums.wall_work);
 }
 

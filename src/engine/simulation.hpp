@@ -9,6 +9,7 @@
 #include "src/base/threads.hpp"
 #include "src/contact/contacts.hpp"
 #include "src/engine/ledger.hpp"
+#include "src/field/fields.hpp"
 #include "src/material/material.hpp"
 #include "src/particle/particles.hpp"
 #include "src/wall/walls.hpp"
@@ -36,6 +37,7 @@ struct Simulation {
   std::vector<Frame> frames;
   std::vector<Wall> walls;
   Vec3 gravity{0, 0, -9.81};              // [m/s²]
+  std::vector<Field> fields;              // all others
   Particles particles;
   Contacts contacts;
   Clock clock;

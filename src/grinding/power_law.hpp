@@ -21,17 +21,16 @@ struct PowerLawFit {
   std::optional<double> p_of_law;   // of so much scatter if the law misses nothing, by chi-square; none where the errors are not known
   std::optional<double> held_out;   // root mean square of ln K at points left out, each predicted from the others; none with two points
   std::optional<double> held_out_mean;  // the same with the mean ln K of the others for a law
-  std::vector<double> centre_and_covariance;  // mean of ln x; variance of ln K there; variance of b: for band_at
-  int points = 0;
+  std::vector<OperatingPoint> points;
 
   double at(double x) const;
-  // The 95 % interval of the law's mean at x.
+  // The 95 % interval of the law at x.
   std::optional<Interval95> band_at(double x) const;
 };
 
 // Weighted least squares in logarithms, each point with its own variance and one more, common to all, for what the law misses (Paule & Mandel 1982,
-// J. Res. NBS 87:377). The intervals have the scale that the residuals show and Student's t (Knapp & Hartung 2003, Statist. Med. 22:2693), so that they hold
-// for few points and for variances known up to a factor. Needs two different x.
+// J. Res. NBS 87:377). The intervals are those of the profile of the sum of squares, with the scale that the residuals show and Student's t (Knapp & Hartung
+// 2003, Statist. Med. 22:2693), so that they hold for few points and for variances known up to a factor. Needs two different x.
 PowerLawFit fit_power_law(const std::vector<OperatingPoint>& points);
 
 }  // namespace quern

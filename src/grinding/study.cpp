@@ -40,7 +40,7 @@ GrindingResult study_grinding(const GrindingStudy& study) {
       if (measure.rates.back().open) mute.push_back(study.points[k].label);
     }
     if (!mute.empty())
-      result.remarks.push_back("The " + study.measures[m] + " of " + listed(mute) + (mute.size() == 1 ? " leaves" : " leave") + " K_p open from nothing to infinity: out of the law.");
+      result.remarks.push_back("The " + study.measures[m] + " of " + listed(mute) + (mute.size() == 1 ? " leaves" : " leave") + " K_p open" + (study.x_name.empty() ? "." : ": out of the law."));
 
     double squares = 0;
     int freedom = 0;

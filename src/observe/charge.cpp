@@ -29,11 +29,6 @@ void add_each(std::vector<double>& sums, const std::vector<double>& more) {
   for (std::size_t k = 0; k < more.size(); ++k) sums[k] += more[k];
 }
 
-// Contact forces are far above a tenth of the weight, drag of the air is far below it.
-bool in_free_flight(const Simulation& simulation, Index i) {
-  return (vec(simulation.particles.acceleration[at(i)]) - simulation.gravity).norm() < 0.1 * simulation.gravity.norm();
-}
-
 // A mean over the three sectors around each.
 std::vector<double> smoothed(const std::vector<double>& x) {
   std::vector<double> out(x.size());
@@ -115,13 +110,13 @@ ChargeSums Charge::empty_sums() const {
   return s;
 }
 
-void Charge::begin(const Simulation& simulation, const ObserverSettings& settings) {
-  const MillAxis& mill = *settings.mill;
+void Charge::begin(const Simulation& simulation, const ObserverSettings& settings, const Seat& seat) {
+  const MillAxis mill = charge_axis(settings);
   const Particles& p = simulation.particles;
   grid = {mill.radius, mill.length, settings.radius_cells, settings.angle_cells};
   double volume = 0, weighted = 0, low = INFINITY, high = -INFINITY;
   for (Index i = 0; i < p.owned; ++i) {
-    const double r = p.radius(i), along = (vec(p.position[at(i)]) - mill.centre).dot(mill.axis.normalized());
+    const double r = p.radius(i), along = (seat.seen(vec(p.position[at(i)])) - mill.centre).dot(mill.axis.normalized());
     volume += r * r * r;
     weighted += 2 * r * r * r * r;
     low = std::min(low, along - r);
@@ -130,7 +125,8 @@ void Charge::begin(const Simulation& simulation, const ObserverSettings& setting
   mean_diameter = volume > 0 ? weighted / volume : 0;
   if (grid.length <= 0) grid.length = std::max(high - low, 1e-9);
   layer_from = mill.radius - mill.lifter_height - mean_diameter;
-  if (const auto view = view_of(mill, simulation.gravity); view && settings.velocity_line) {
+  if (settings.velocity_line) {
+    const MillView* view = &seat.view;
     const Vec3 point = settings.velocity_line->point - mill.centre, along = settings.velocity_line->direction;
     line_point = {point.dot(view->ahead), point.dot(view->up)};
     line_direction = {along.dot(view->ahead), along.dot(view->up)};
@@ -146,28 +142,29 @@ void Charge::begin(const Simulation& simulation, const ObserverSettings& setting
 }
 
 void Charge::see(const Simulation& simulation, const ObserverSettings& settings) {
-  if (!settings.mill || simulation.particles.owned == 0) return;
-  const std::optional<MillView> view = view_of(*settings.mill, simulation.gravity);
-  if (!view) return;
+  if (simulation.particles.owned == 0) return;
+  const std::optional<Seat> seat = Seat::of(settings, simulation);
+  if (!seat) return;
   const double now = simulation.clock.time(), half_step = 0.5 * simulation.clock.time_step;
   if (now < settings.start_time - half_step) return;
-  if (!began) begin(simulation, settings);
+  if (!began) begin(simulation, settings, *seat);
   if (now >= next_sample - half_step) {
     if (blocks.due(now)) blocks.open(now).sums = empty_sums();
     ChargeSums& sums = blocks.blocks.back().sums;
-    if (sampled++ % samples_per_field == 0) sample(simulation, *view, sums);
-    follow(simulation, *view, sums);
+    if (sampled++ % samples_per_field == 0) sample(simulation, *seat, sums);
+    follow(simulation, *seat, sums);
     if (now >= next_revolution - half_step) {
       end_revolution(sums);
-      next_revolution += settings.mill->speed != 0 ? 2 * pi / std::abs(settings.mill->speed) : 1.0;
+      const double speed = charge_axis(settings).speed;
+      next_revolution += speed != 0 ? 2 * pi / std::abs(speed) : 1.0;
     }
     blocks.blocks.back().to = now;
     while (next_sample <= now + half_step) next_sample += interval;
   }
-  take_impacts(simulation, *view, blocks.blocks.back().sums);
+  take_impacts(simulation, *seat, blocks.blocks.back().sums);
 }
 
-void Charge::sample(const Simulation& simulation, const MillView& view, ChargeSums& sums) {
+void Charge::sample(const Simulation& simulation, const Seat& seat, ChargeSums& sums) {
   // A sphere seen along the axis as seven points with the moments of its mass up to the fifth: the middle with weight 0.3 and a hexagon
   // of radius √(4/7) R with 0.7/6 each.
   static const double reach = std::sqrt(4.0 / 7.0);
@@ -178,12 +175,13 @@ void Charge::sample(const Simulation& simulation, const MillView& view, ChargeSu
     return q;
   }();
   const Particles& p = simulation.particles;
+  const MillView& view = seat.view;
   sums.samples += 1;
   for (Index i = 0; i < p.owned; ++i) {
-    const Vec3 place = vec(p.position[at(i)]) - view.centre, velocity = vec(p.velocity[at(i)]);
+    const Vec3 place = seat.seen(vec(p.position[at(i)])) - view.centre, velocity = seat.seen_velocity(vec(p.position[at(i)]), vec(p.velocity[at(i)]));
     const double radius = p.radius(i), volume = 4.0 / 3.0 * pi * radius * radius * radius;
     const double ahead = place.dot(view.ahead), up = place.dot(view.up), v_ahead = velocity.dot(view.ahead), v_up = velocity.dot(view.up);
-    const bool held = ahead * ahead + up * up > layer_from * layer_from && !in_free_flight(simulation, i);
+    const bool held = ahead * ahead + up * up > layer_from * layer_from && !seat.in_free_flight(simulation, i);
     for (const auto& [a, b, weight] : points) {
       const double x = ahead + a * radius, y = up + b * radius;
       const int sector = grid.sector_of(wrapped(std::atan2(x, y) / degree));
@@ -197,17 +195,18 @@ void Charge::sample(const Simulation& simulation, const MillView& view, ChargeSu
   }
 }
 
-void Charge::follow(const Simulation& simulation, const MillView& view, ChargeSums& sums) {
+void Charge::follow(const Simulation& simulation, const Seat& seat, ChargeSums& sums) {
   const Particles& p = simulation.particles;
+  const MillView& view = seat.view;
   for (Index i = 0; i < p.owned; ++i) {
     const std::size_t id = at(p.id[at(i)]);
     if (id >= balls.size()) balls.resize(id + 1);
     BallTrack& ball = balls[id];
-    const Vec3 place = vec(p.position[at(i)]);
+    const Vec3 place = seat.seen(vec(p.position[at(i)]));
     const double height = view.height(place), angle = view.angle(place), radius = p.radius(i);
     const double volume = 4.0 / 3.0 * pi * radius * radius * radius;
     const bool in_layer = view.radius(place) > layer_from;
-    const bool flying = in_free_flight(simulation, i);
+    const bool flying = seat.in_free_flight(simulation, i);
     const bool first_seen = !ball.known;
     if (first_seen) {
       ball.known = 1;
@@ -246,9 +245,10 @@ void Charge::end_revolution(ChargeSums& sums) {
   }
 }
 
-void Charge::take_impacts(const Simulation& simulation, const MillView& view, ChargeSums& sums) const {
+void Charge::take_impacts(const Simulation& simulation, const Seat& seat, ChargeSums& sums) const {
+  const MillView& view = seat.view;
   for (const Collision& c : simulation.ended_collisions()) {
-    const Vec3 place = vec(c.place);
+    const Vec3 place = seat.seen(vec(c.place));
     const double r = view.radius(place), energy = impact_energy(c);
     if (r < layer_from || r > grid.radius + mean_diameter || energy <= impact_lowest) continue;
     const int bin = std::min(impact_bins - 1, static_cast<int>(std::log10(energy / impact_lowest) * impact_bins_per_decade));

@@ -1,10 +1,10 @@
-// The charge of a tumbling mill: fields on a polar grid averaged over time, and from them angles, porosity and profiles; heights of fall.
+// The charge of a mill, looked at as seat.hpp says: fields on a polar grid averaged over time, and from them angles, porosity and profiles; heights of fall.
 #pragma once
 #include <algorithm>
 #include <array>
 #include <cstdint>
 #include "src/engine/simulation.hpp"
-#include "src/observe/angles.hpp"
+#include "src/observe/seat.hpp"
 #include "src/observe/table.hpp"
 #include "src/observe/time_blocks.hpp"
 
@@ -103,12 +103,12 @@ struct Charge {
   }
 
  private:
-  void begin(const Simulation& simulation, const ObserverSettings& settings);
+  void begin(const Simulation& simulation, const ObserverSettings& settings, const Seat& seat);
   ChargeSums empty_sums() const;
-  void sample(const Simulation& simulation, const MillView& view, ChargeSums& sums);
-  void follow(const Simulation& simulation, const MillView& view, ChargeSums& sums);
+  void sample(const Simulation& simulation, const Seat& seat, ChargeSums& sums);
+  void follow(const Simulation& simulation, const Seat& seat, ChargeSums& sums);
   void end_revolution(ChargeSums& sums);
-  void take_impacts(const Simulation& simulation, const MillView& view, ChargeSums& sums) const;
+  void take_impacts(const Simulation& simulation, const Seat& seat, ChargeSums& sums) const;
 };
 
 // Where a profile over the sectors of a full turn, read from its densest part, falls below half of its level: the level is the mean weighted

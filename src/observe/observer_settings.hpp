@@ -2,6 +2,7 @@
 #pragma once
 #include <optional>
 #include <vector>
+#include "mills/planetary.hpp"
 #include "src/base/vec.hpp"
 
 namespace quern {
@@ -27,6 +28,7 @@ struct ObserverSettings {
   double start_time = -1;
 
   std::optional<MillAxis> mill;       // without it: no torque, no angles; forces and spectra only
+  std::optional<PlanetaryMill> planetary;  // whose disc is the first of the frames; then there is no `mill`
   std::vector<int> driven_walls;      // whose torque makes the power; empty: every wall that a frame moves
   std::vector<int> shell_walls;       // whose summed force is the force on the shell; empty: as driven_walls
 

@@ -133,7 +133,8 @@ void CollisionSpectrum::see(const Simulation& simulation, const ObserverSettings
     }
     for (const Collision& c : simulation.lasting_collisions()) earlier.push_back(as_earlier(c));
     std::sort(earlier.begin(), earlier.end(), [](const EarlierLoss& a, const EarlierLoss& b) { return key_of(a) < key_of(b); });
-    ended.span = settings.mill && settings.mill->speed != 0 ? 6.283185307179586 / std::abs(settings.mill->speed) / 20 : 100 * dt;
+    const double speed = settings.planetary ? settings.planetary->speed : settings.mill ? settings.mill->speed : 0;
+    ended.span = speed != 0 ? 6.283185307179586 / std::abs(speed) / 20 : 100 * dt;
     ended.open(now).sums.carried.resize(kinds());
     return;
   }

@@ -50,11 +50,31 @@ void TorquePower::see(const Simulation& simulation, const ObserverSettings& sett
   auto& block = walls.blocks.back();
   block.to = now;
   const Vec3 axis = settings.mill ? ((settings.mill->speed < 0 ? -1 : 1) * settings.mill->axis.normalized()).eval() : Vec3::Zero().eval();
+  const Turn disc = settings.planetary ? turn_at(disc_motion(*settings.planetary), now) : Turn{};
+  const std::vector<Pose> frames = settings.planetary ? poses_at(simulation.frames, now) : std::vector<Pose>{};
   for (std::size_t w = 0; w < simulation.walls.size(); ++w) {
     const Wall& wall = simulation.walls[w];
     const Vec3 force = vec(wall.force), moment = vec(wall.torque);
     const double work = -dt * (force.dot(wall.pose.velocity) + moment.dot(wall.pose.angular_velocity));
     const double about_axis = settings.mill ? axis.dot(moment + (wall.pose.origin - settings.mill->centre).cross(force)) : 0.0;
+    if (settings.planetary) {
+      const double sense = disc.speed < 0 ? -1 : 1;
+      const double about_disc = sense * disc.axis.dot(moment + (wall.pose.origin - disc.centre).cross(force));
+      double about_vial = 0, vial_speed = 0;
+      if (wall.frame >= 1 && wall.frame <= settings.planetary->vials) {
+        const Turn vial = turn_at(simulation.frames[static_cast<std::size_t>(wall.frame)].motion, now);
+        const Vec3 axis_now = (vial.speed < 0 ? -1 : 1) * (frames[0].axes * vial.axis), middle = frames[0].to_fixed(vial.centre);
+        about_vial = axis_now.dot(moment + (wall.pose.origin - middle).cross(force));
+        vial_speed = std::abs(vial.speed);
+      }
+      block.sums.walls[w].add({dt, dt * wall.force, dt * about_vial, -dt * (about_disc * std::abs(disc.speed) + about_vial * vial_speed), force.norm()});
+      if (!is_driven(simulation, settings.driven_walls, w)) continue;
+      torque_sum -= dt * about_disc;
+      vial_torque_sum -= dt * about_vial;
+      vial_work_sum -= dt * about_vial * vial_speed;
+      work_sum -= dt * (about_disc * std::abs(disc.speed) + about_vial * vial_speed);
+      continue;
+    }
     block.sums.walls[w].add({dt, dt * wall.force, dt * about_axis, work, force.norm()});
     if (!is_driven(simulation, settings.driven_walls, w)) continue;
     torque_sum -= dt * about_axis;
@@ -65,12 +85,16 @@ void TorquePower::see(const Simulation& simulation, const ObserverSettings& sett
   time.push_back(now);
   torque.push_back(torque_sum / seconds);
   power.push_back(work_sum / seconds);
+  if (settings.planetary) {
+    vial_torque.push_back(vial_torque_sum / seconds);
+    vial_power.push_back(vial_work_sum / seconds);
+  }
   wall_power.push_back((ledger.wall_work - last_wall_work) / seconds);
   const double now_taken_up = taken_up(simulation);
   ledger_power.push_back((now_taken_up - last_taken_up) / seconds);
   last_wall_work = ledger.wall_work;
   last_taken_up = now_taken_up;
-  seconds = torque_sum = work_sum = 0;
+  seconds = torque_sum = work_sum = vial_torque_sum = vial_work_sum = 0;
 }
 
 std::size_t TorquePower::steady_index(const ObserverSettings& settings) const {
@@ -97,6 +121,11 @@ std::vector<Headline> TorquePower::headlines(const ObserverSettings& settings) c
   };
   const BlockAverage by_torque = steady(power), by_ledger = steady(ledger_power), by_walls = steady(wall_power);
   if (settings.mill) add("torque", steady(torque), "N m", "torque of the drive on the driven walls about the mill's axis");
+  if (settings.planetary) {
+    add("torque", steady(torque), "N m", "torque of the drive about the disc's axis, in the sense in which the disc turns");
+    add("vial_torque", steady(vial_torque), "N m", "torque of the drive on all vials about their own axes, in the sense in which they turn on the disc");
+    add("vial_power", steady(vial_power), "W", "vial_torque times the speed of the vials against the disc; the rest of the power is torque times the disc's speed");
+  }
   add("power", by_torque, "W", "torque on the driven walls times their angular speed");
   add("power_ledger", by_ledger, "W", "energy taken up by the charge per second, dissipated and stored, by the energy ledger");
   add("power_walls", by_walls, "W", "work of all walls on the particles per second, by the energy ledger");
@@ -114,6 +143,12 @@ std::vector<Table> TorquePower::tables() const {
                     {"power", "W", "torque times angular speed", power, {}},
                     {"power_walls", "W", "work of all walls on the particles, by the energy ledger", wall_power, {}},
                     {"power_ledger", "W", "energy taken up by the charge, dissipated and stored, by the energy ledger", ledger_power, {}}};
+  if (!vial_torque.empty()) {
+    series.columns[1].description = "of the drive about the disc's axis, positive in the sense in which it turns";
+    series.columns[2].description = "torque times angular speed, of disc and vials together";
+    series.columns.push_back({"vial_torque", "N m", "of the drive on all vials about their own axes, positive in the sense in which they turn on the disc", vial_torque, {}});
+    series.columns.push_back({"vial_power", "W", "vial_torque times the speed of the vials against the disc", vial_power, {}});
+  }
   Table walls_table{"walls", "mean force, torque and power of each wall over successive spans of time", {}};
   Column from{"from", "s", "begin of the span", {}, {}}, to{"to", "s", "end of the span", {}, {}}, name{"wall", "1", "name of the wall", {}, {}};
   Column fx{"force_x", "N", "of the particles on the wall", {}, {}}, fy{"force_y", "N", "of the particles on the wall", {}, {}},

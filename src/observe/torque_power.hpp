@@ -31,19 +31,22 @@ struct WallHistories {
   }
 };
 
-// Torque is what the drive must give, positive in the sense of rotation; power is torque times angular speed, wall by wall.
+// Torque is what the drive must give, positive in the sense of rotation; power is torque times angular speed, wall by wall. In
+// a planetary mill: about the disc's axis, and about each vial's own; power is the sum of the two, each torque times the speed of its own drive.
 struct TorquePower {
   // Averages over the intervals that end at `time`.
   std::vector<double> time;          // [s]
   std::vector<double> torque;        // [N m]
   std::vector<double> power;         // [W]
+  std::vector<double> vial_torque;   // planetary mill: of the drive on the vials about their own axes, `torque` being about the disc's [N m]
+  std::vector<double> vial_power;    // planetary mill: its part of `power` [W]
   std::vector<double> wall_power;    // by the ledger: work of all walls [W]
   std::vector<double> ledger_power;    // by the ledger: energy dissipated [W]
   TimeBlocks<WallHistories> walls;
   std::vector<std::string> wall_names;
 
   // The interval that is being filled, and the ledger where it began.
-  double seconds = 0, torque_sum = 0, work_sum = 0, last_wall_work = 0, last_taken_up = 0;
+  double seconds = 0, torque_sum = 0, work_sum = 0, vial_torque_sum = 0, vial_work_sum = 0, last_wall_work = 0, last_taken_up = 0;
   bool began = false;
 
   void see(const Simulation& simulation, const ObserverSettings& settings);
@@ -56,7 +59,7 @@ struct TorquePower {
 
   template <class Archive>
   void archive(Archive& a) {
-    a(time, torque, power, wall_power, ledger_power, walls, wall_names, seconds, torque_sum, work_sum, last_wall_work, last_taken_up, began);
+    a(time, torque, power, vial_torque, vial_power, wall_power, ledger_power, walls, wall_names, seconds, torque_sum, work_sum, vial_torque_sum, vial_work_sum, last_wall_work, last_taken_up, began);
   }
 };
 

@@ -281,7 +281,7 @@ RoundScale speed_scale(const Particles& p) {
 
 void draw_charge(const ChargePicture& picture, const std::string& path) {
   const Simulation& s = *picture.simulation;
-  const View view = view_along(picture.axis, s.gravity);
+  const View view = view_along(picture.axis, picture.up.isZero() ? s.gravity : (-picture.up).eval());
   const Surroundings shown = surroundings(s.walls, s.particles.position);
 
   vtkNew<vtkRenderer> renderer;
@@ -463,6 +463,7 @@ void add_band(vtkChartXY* chart, const std::vector<double>& x, const std::vector
   table->AddColumn(xs), table->AddColumn(band);
   auto* bag = vtkPlotFunctionalBag::SafeDownCast(chart->AddPlot(vtkChart::FUNCTIONALBAG));
   bag->SetInputData(table, 0, 1);
+  bag->GetPen()->SetColorF(colour[0], colour[1], colour[2]);  // VTK fills the bag with the colour of its pen
   bag->GetPen()->SetLineType(vtkPen::NO_PEN);
   bag->GetBrush()->SetColorF(colour[0], colour[1], colour[2], 0.30);
   bag->SetLegendVisibility(false);
@@ -508,6 +509,11 @@ bool legend_goes_left(const std::vector<Shown>& curves, const Range& x_range, Ra
 }
 
 // `tall`: height of the panel's frame [pixel].
+const Colour& colour_of(const Panel& panel, std::size_t curve) {
+  const int like = panel.curves[curve].like;
+  return palette[(like < 0 ? curve : static_cast<std::size_t>(like)) % palette.size()];
+}
+
 void fill_panel(vtkChartXY* chart, const Panel& panel, double tall) {
   Range x_range, y_range;
   std::vector<Shown> curves;
@@ -522,7 +528,7 @@ void fill_panel(vtkChartXY* chart, const Panel& panel, double tall) {
   }
   for (std::size_t k = 0; k < curves.size(); ++k) {
     const Shown& c = curves[k];
-    const Colour& colour = palette[k % palette.size()];
+    const Colour& colour = colour_of(panel, k);
     if (c.x.empty()) continue;
     if (!c.low.empty() && !panel.curves[k].marks) add_band(chart, c.x, c.low, c.high, colour);
     if (!c.low.empty() && panel.curves[k].marks) {
@@ -534,14 +540,17 @@ void fill_panel(vtkChartXY* chart, const Panel& panel, double tall) {
   }
   for (std::size_t k = 0; k < curves.size(); ++k) {
     if (curves[k].x.empty()) continue;
-    vtkPlot* line = add_line(chart, panel.curves[k].name, curves[k].x, curves[k].y, palette[k % palette.size()], panel.curves[k].marks ? 1.5f : 2.2f);
+    vtkPlot* line = add_line(chart, panel.curves[k].name, curves[k].x, curves[k].y, colour_of(panel, k), panel.curves[k].marks ? 1.5f : 2.2f);
+    line->SetLegendVisibility(!panel.curves[k].name.empty());
+    if (panel.curves[k].marks && !panel.curves[k].joined) line->GetPen()->SetLineType(vtkPen::NO_PEN);
     if (auto* points = vtkPlotPoints::SafeDownCast(line); points && panel.curves[k].marks) {
       points->SetMarkerStyle(vtkPlotPoints::CIRCLE);
       points->SetMarkerSize(8.0f * finer);
     }
   }
-  const bool legend = panel.curves.size() > 1 && x_range.low < x_range.high;
-  const double share = (legend_line * static_cast<double>(panel.curves.size()) + 16) / tall;
+  const auto named = std::count_if(panel.curves.begin(), panel.curves.end(), [](const Curve& curve) { return !curve.name.empty(); });
+  const bool legend = named > 1 && x_range.low < x_range.high;
+  const double share = (legend_line * static_cast<double>(named) + 16) / tall;
   const bool left = legend && legend_goes_left(curves, x_range, y_range, share);
   dress(chart->GetAxis(vtkAxis::BOTTOM), panel.log_x ? log_scale(x_range) : linear_scale(x_range));
   dress(chart->GetAxis(vtkAxis::LEFT), panel.log_y ? log_scale(y_range) : linear_scale(y_range));

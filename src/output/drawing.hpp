@@ -13,6 +13,7 @@ struct ChargePicture {
   Vec3 axis;                     // unit, towards the viewer
   std::string title, caption;
   std::vector<ShellMark> marks;
+  Vec3 up = Vec3::Zero();        // zero: against gravity
 };
 
 // Balls coloured by speed, seen along the axis. 1200 × 900. Throws RunError where the file cannot be written.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include "src/base/whole_file.hpp"
+#include "src/output/tables.hpp"
 
 namespace quern {
 namespace {
@@ -26,7 +28,14 @@ std::string spoken(const std::optional<Interval95>& interval, double scale = 1) 
   return fmt::format("{:.3g} … {:.3g}", (*interval)[0] / scale, (*interval)[1] / scale);
 }
 
-std::string spoken_number(const std::optional<Interval95>& interval) { return interval ? fmt::format("{:.3g} … {:.3g}", (*interval)[0], (*interval)[1]) : "no interval"; }
+// Of a number of either sign.
+std::string spoken_number(const std::optional<Interval95>& interval) {
+  if (!interval) return "no interval";
+  const auto [low, high] = *interval;
+  if (std::isinf(low) && std::isinf(high)) return "open";
+  if (std::isinf(low)) return fmt::format("at most {:.3g}", high);
+  return std::isinf(high) ? fmt::format("at least {:.3g}", low) : fmt::format("{:.3g} … {:.3g}", low, high);
+}
 
 Column words(const std::string& name, const std::string& description) { return {name, "1", description, {}, {}}; }
 Column numbers(const std::string& name, const std::string& unit, const std::string& description) { return {name, unit, description, {}, {}}; }
@@ -90,11 +99,13 @@ Table law_table(const GrindingStudy& study, const GrindingResult& result) {
     measure.labels.push_back(one.measure);
     a.values.push_back(law.factor), a_from.values.push_back(end_of(law.factor_ci95, 0)), a_to.values.push_back(end_of(law.factor_ci95, 1));
     b.values.push_back(law.exponent), b_from.values.push_back(end_of(law.exponent_ci95, 0)), b_to.values.push_back(end_of(law.exponent_ci95, 1));
-    points.values.push_back(law.points), lack.values.push_back(std::expm1(law.lack)), p.values.push_back(or_unknown(law.p_of_law));
+    points.values.push_back(static_cast<double>(law.points.size())), lack.values.push_back(std::expm1(law.lack)), p.values.push_back(or_unknown(law.p_of_law));
     held.values.push_back(relative(law.held_out)), mean.values.push_back(relative(law.held_out_mean));
   }
   return {"power_law", "K_p = a x^b, x: " + with_unit(study.x_name, study.x_unit), {measure, a, a_from, a_to, b, b_from, b_to, points, lack, p, held, mean}};
 }
+
+constexpr double beyond = 1.1;  // curves go on past the last point, which the frame would cut otherwise
 
 // Spread over a range: evenly, or evenly in the logarithm.
 std::vector<double> spread(double from, double to, bool log) {
@@ -117,11 +128,11 @@ Chart sizes_chart(const GrindingStudy& study, const MeasureResult& one, std::siz
   for (const RateResult& r : one.rates) {
     const SizeSeries& s = study.points[r.point].series[m];
     const int colour = static_cast<int>(panel.curves.size());
-    Curve measured{study.points[r.point].label, s.times, s.sizes, {}, {}, true, false, colour}, fitted{"", spread(panel.log_x ? first : 0, s.times.back(), panel.log_x), {}, {}, {}, false, true, colour};
+    Curve measured{study.points[r.point].label, s.times, s.sizes, {}, {}, true, false, colour}, fitted{"", spread(panel.log_x ? first : 0, s.times.back() * beyond, panel.log_x), {}, {}, {}, false, true, colour};
     for (double& y : measured.y) y /= study.shown_size;
     for (const double t : fitted.x) fitted.y.push_back(r.fit.at(t) / study.shown_size);
     panel.curves.push_back(measured);
-    if (r.fit.determined) panel.curves.push_back(fitted);
+    panel.curves.push_back(fitted);
   }
   // Colours follow the series, not the curves that belong to each.
   int series = -1;
@@ -156,14 +167,14 @@ Chart rates_chart(const GrindingStudy& study, const MeasureResult& one, const st
     const auto& x = study.points[r.point].x;
     if (!x || r.open) continue;
     measured.x.push_back(*x), measured.y.push_back(r.fit.rate);
-    // An open end is drawn as far as the picture goes: a factor of three.
+    // An open end is drawn as a factor of three.
     constexpr double open = 3;
     const auto [low, high] = r.fit.rate_ci95.value_or(Interval95{r.fit.rate, r.fit.rate});
-    measured.lower.push_back(std::max(low, r.fit.rate / open)), measured.upper.push_back(std::min(high, r.fit.rate * open));
+    measured.lower.push_back(low > 0 ? low : r.fit.rate / open), measured.upper.push_back(std::isfinite(high) ? high : r.fit.rate * open);
   }
   if (one.law && !measured.x.empty()) {
     const auto [low, high] = std::minmax_element(measured.x.begin(), measured.x.end());
-    Curve law{fmt::format("a x^{:.2f}, and its 95 % interval", one.law->exponent), spread(*low, *high, true), {}, {}, {}, false, true, 1};
+    Curve law{fmt::format("a x^{:.2f}, and its 95 % interval", one.law->exponent), spread(*low / beyond, *high * beyond, true), {}, {}, {}, false, true, 1};
     for (const double x : law.x) {
       law.y.push_back(one.law->at(x));
       const auto band = one.law->band_at(x);
@@ -220,6 +231,11 @@ std::vector<Chart> grinding_charts(const GrindingStudy& study, const GrindingRes
   return charts;
 }
 
+void write_grinding(const GrindingStudy& study, const GrindingResult& result, const std::string& directory) {
+  for (const Table& table : grinding_tables(study, result)) write_whole_file(directory + "/" + table.name + ".csv", csv_of(table));
+  write_whole_file(directory + "/summary.json", json_of(grinding_headlines(study, result)));
+}
+
 std::vector<std::string> grinding_words(const GrindingStudy& study, const GrindingResult& result) {
   std::vector<std::string> lines;
   std::size_t wide = 3;
@@ -237,7 +253,7 @@ std::vector<std::string> grinding_words(const GrindingStudy& study, const Grindi
     }
     if (!one.law) continue;
     const PowerLawFit& law = *one.law;
-    lines.push_back(fmt::format("  K_p = a {}^b: b = {:.3g} ({}), a = {:.4g} {} ({}), {} points", study.x_name, law.exponent, spoken_number(law.exponent_ci95), law.factor, rate_unit(study), spoken(law.factor_ci95), law.points));
+    lines.push_back(fmt::format("  K_p = a {}^b: b = {:.3g} ({}), a = {:.4g} {} ({}), {} points", study.x_name, law.exponent, spoken_number(law.exponent_ci95), law.factor, rate_unit(study), spoken(law.factor_ci95), law.points.size()));
     if (law.held_out)
       lines.push_back(fmt::format("  held out: K_p is predicted to {:.0f} % (by the mean of the others to {:.0f} %){}", 100 * relative(law.held_out), 100 * relative(law.held_out_mean),
                                   law.p_of_law ? fmt::format("; the law misses {:.0f} % beyond the errors (p {:.2g})", 100 * std::expm1(law.lack), *law.p_of_law) : ""));

@@ -16,6 +16,9 @@ std::vector<Headline> grinding_headlines(const GrindingStudy& study, const Grind
 // For each measure: sizes against time with the fits, the declines on one curve, and the rate against what was set.
 std::vector<Chart> grinding_charts(const GrindingStudy& study, const GrindingResult& result, const std::string& title);
 
+// Tables and summary.json. Throws WriteError.
+void write_grinding(const GrindingStudy& study, const GrindingResult& result, const std::string& directory);
+
 // For the terminal; one line each.
 std::vector<std::string> grinding_words(const GrindingStudy& study, const GrindingResult& result);
 

@@ -31,8 +31,8 @@ std::string spoken(const Headline& headline) {
   return fmt::format("{} {:.{}f} ± {:.{}f}{}", name, value, decimals, half, decimals, unit);
 }
 
-std::string caption_of(const Simulation& s, const std::vector<Headline>& headlines) {
-  std::string caption = fmt::format("t = {:.4g} s · {} particles", s.clock.time(), s.particles.owned);
+std::string caption_of(const Simulation& s, const std::string& of, const std::vector<Headline>& headlines) {
+  std::string caption = fmt::format("t = {:.4g} s · {} particles{}", s.clock.time(), s.particles.owned, of.empty() ? "" : " in " + of);
   for (const char* key : {"power", "shoulder_angle", "toe_angle"}) {
     for (const Headline& headline : headlines)
       if (headline.key == key && std::isfinite(headline.value)) caption += " · " + spoken(headline);
@@ -44,7 +44,8 @@ std::string caption_of(const Simulation& s, const std::vector<Headline>& headlin
 
 Drawn draw_pictures(const PictureRequest& request) {
   Drawn drawn;
-  const std::vector<Chart> charts = charts_of(request.tables, request.headlines, request.title);
+  std::vector<Chart> charts = charts_of(request.tables, request.headlines, request.title);
+  charts.insert(charts.end(), request.charts.begin(), request.charts.end());
   const bool charge = request.simulation && request.simulation->particles.owned > 0;
   if (charts.empty() && !charge) return drawn;
   const HiddenDisplay display;
@@ -64,7 +65,7 @@ Drawn draw_pictures(const PictureRequest& request) {
     const Simulation& s = *request.simulation;
     const Vec3 axis = request.view_axis.norm() > 0 ? request.view_axis.normalized() : view_axis_of(s);
     draw("charge.png", [&](const std::string& path) {
-      draw_charge({&s, axis, request.title, caption_of(s, request.headlines), request.marks}, path);
+      draw_charge({&s, axis, request.title, caption_of(s, request.of, request.headlines), request.marks, request.view_up}, path);
     });
   }
   for (const Chart& chart : charts) draw(chart.file, [&](const std::string& path) { draw_chart(chart, path); });

@@ -4,6 +4,7 @@
 #include <vector>
 #include "src/engine/simulation.hpp"
 #include "src/observe/table.hpp"
+#include "src/output/chart.hpp"
 
 namespace quern {
 
@@ -21,6 +22,9 @@ struct PictureRequest {
   std::vector<ShellMark> marks;
   std::vector<Table> tables;
   std::vector<Headline> headlines;
+  std::vector<Chart> charts = {}; // further ones
+  Vec3 view_up = Vec3::Zero();    // of charge.png; zero: against gravity
+  std::string of;                 // what of the mill charge.png shows; empty: all
 };
 
 struct Drawn {

@@ -15,6 +15,7 @@
 #include "src/engine/simulation.hpp"
 #include "src/observe/angles.hpp"
 #include "src/observe/observers.hpp"
+#include "src/observe/seat.hpp"
 #include "src/output/claim.hpp"
 #include "src/output/health.hpp"
 #include "src/output/ledger_table.hpp"
@@ -176,11 +177,31 @@ void conclude(Simulation& s, Observers& observers, const OutputSettings& setting
     const std::string title = settings.title.empty() ? settings.name : settings.title;
     Vec3 axis = settings.view_axis;
     std::vector<ShellMark> marks;
-    if (const auto view = observers.settings.mill ? view_of(*observers.settings.mill, s.gravity) : std::nullopt) {
-      if (axis.isZero()) axis = view->axis;
-      marks = shell_marks(*view, summary.headlines);
+    Simulation vial;
+    const Simulation* shown = &s;
+    std::string of_vials;
+    Vec3 up = Vec3::Zero();
+    if (const auto seat = Seat::of(observers.settings, s)) {
+      if (axis.isZero()) axis = seat->view.axis;
+      if (seat->planetary) {
+        vial = first_vial(s, *seat->planetary);
+        shown = &vial;
+        up = seat->view.up;
+        if (seat->planetary->vials > 1) of_vials = fmt::format("one of {} vials", seat->planetary->vials);
+      }
+      marks = shell_marks(seat->view, summary.headlines);
     }
-    const Drawn drawn = draw_pictures({options.directory, title, axis, &s, marks, std::move(tables), summary.headlines});
+    PictureRequest pictures;
+    pictures.directory = options.directory;
+    pictures.title = title;
+    pictures.view_axis = axis;
+    pictures.view_up = up;
+    pictures.of = of_vials;
+    pictures.simulation = shown;
+    pictures.marks = marks;
+    pictures.tables = std::move(tables);
+    pictures.headlines = summary.headlines;
+    const Drawn drawn = draw_pictures(pictures);
     writer.files().insert(writer.files().end(), drawn.files.begin(), drawn.files.end());
     summary.remarks.insert(summary.remarks.end(), drawn.remarks.begin(), drawn.remarks.end());
   }
