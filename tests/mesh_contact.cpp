@@ -1,4 +1,5 @@
 #include <catch2/catch.hpp>
+#include <algorithm>
 #include <cmath>
 
 #include "src/wall/mesh_shapes.hpp"
@@ -231,7 +232,7 @@ TEST_CASE("a drum of 720 facets is felt once, at most a facet's sagitta from the
   }
 }
 
-TEST_CASE("the box tree lists exactly the triangles within reach") {
+TEST_CASE("the box tree lists every triangle within reach and none whose circle is beyond it") {
   const Mesh mesh = joined(random_plane(1.0, 500, 21), cylinder_jacket(0.3, -0.2, 0.4, 40, FreeSide::outside));
   RandomStream random(22);
   // One triangle at a time, a list of one has no neighbours to be confused with.
@@ -242,11 +243,29 @@ TEST_CASE("the box tree lists exactly the triangles within reach") {
   for (int trial = 0; trial < 100; ++trial) {
     const Vec3 p(random.uniform(-0.7, 0.7), random.uniform(-0.7, 0.7), random.uniform(-0.3, 0.5));
     const double reach = random.uniform(0, 0.2);
-    std::vector<Index> found = {-5}, expected = {-5};
+    std::vector<Index> found = {-5}, by_steps = {-5};
     triangles_near(mesh, p, reach, found);
+    REQUIRE(std::is_sorted(found.begin(), found.end()));
+    triangles_near(mesh, nodes_near(mesh, {0}, p + Vec3(0.05, 0, 0), reach + 0.05001), p, reach, by_steps);
+    CHECK(found == by_steps);
+    std::vector<Index> within, watched = found;
     for (Index t = 0; t < static_cast<Index>(mesh.triangles.size()); ++t)
-      if (distance_to(t, p) <= reach) expected.push_back(t);
-    CHECK(found == expected);
+      if (distance_to(t, p) <= reach) within.push_back(t);
+    CHECK(std::includes(found.begin(), found.end(), within.begin(), within.end()));
+    for (std::size_t k = 1; k < found.size(); ++k) {
+      const Facet& f = mesh.facets[static_cast<std::size_t>(found[k])];
+      CHECK((f.middle - p).norm() <= reach + f.radius + 1e-9);
+    }
+    // The same bound by itself: those left out are farther than it says.
+    double nearest = 0;
+    const Index count = watch_triangles(mesh, watched.data() + 1, watched.data() + watched.size(), p, 0.5 * reach, nearest);
+    double least = 10.0;
+    for (std::size_t k = 1; k < watched.size(); ++k) {
+      const double distance = distance_to(watched[k], p);
+      least = std::min(least, distance);
+      if (k > static_cast<std::size_t>(count)) CHECK(distance >= 0.5 * reach);
+    }
+    if (watched.size() > 1) CHECK(nearest <= least);
   }
 }
 
