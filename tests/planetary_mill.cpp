@@ -6,6 +6,7 @@
 #include "src/base/error.hpp"
 #include "src/base/random.hpp"
 #include "src/case/build.hpp"
+#include "src/observe/seat.hpp"
 #include "src/wall/mesh_shapes.hpp"
 #include "src/wall/stl.hpp"
 #include "tests/scene.hpp"
@@ -159,6 +160,36 @@ TEST_CASE("A planetary mill that cannot be is refused") {
   refused([](PlanetaryMill& m) { m.ramp = -1; });
   refused([](PlanetaryMill& m) { m.axis = Vec3::Zero(); });
   refused([](PlanetaryMill& m) { m.tilt = 0.5, m.ratio_to = PlanetaryMill::RatioTo::fixed; });
+}
+
+TEST_CASE("All vials are seen as the first one, at rest in the axes of the disc") {
+  for (const auto axes : {PlanetaryMill::Axes::fixed, PlanetaryMill::Axes::disc}) {
+    for (const int vials : {1, 2, 3, 4}) {
+      PlanetaryMill mill = small_mill();
+      mill.vials = vials;
+      mill.axes = axes;
+      mill.axis = Vec3(0.3, -0.2, 1);
+      mill.centre = Vec3(0.1, 0.2, 0.3);
+      ObserverSettings settings;
+      settings.planetary = mill;
+      Simulation s = with_ball(mill, Vec3::Zero(), Vec3::Zero(), 1e-3);
+      s.clock.step = 37;
+      const Pose disc = disc_pose(mill, s.clock.time());
+      const Seat seat = *Seat::of(settings, s);
+      for (int k = 0; k < vials; ++k) {
+        for (const Vec3& own : {Vec3(0.024, 0, 0.01), Vec3(-0.024, 0, 0), Vec3(0, 0.024, 0), Vec3(0.01, -0.02, -0.01)}) {
+          const Vec3 place = disc.to_fixed(vial_pose(mill, k).to_fixed(own));
+          CHECK((seat.seen(place) - vial_pose(mill, 0).to_fixed(own)).norm() < 1e-12);
+          CHECK(seat.seen_velocity(place, disc.velocity_at(place)).norm() < 1e-12);
+        }
+      }
+      // The point nearest to the disc's axis is 12 o'clock; angles grow as the vial turns, left-handed at this ratio.
+      const Vec3 nearest = vial_pose(mill, 0).to_fixed({-0.02, 0, 0});
+      CHECK(std::abs(std::remainder(seat.view.angle(nearest), 360)) < 1e-9);
+      const Vec3 ahead = Eigen::AngleAxisd(-0.1, vial_pose(mill, 0).axes.col(2)) * (nearest - vial_pose(mill, 0).origin);
+      CHECK(seat.view.angle(vial_pose(mill, 0).origin + ahead) == Approx(0.1 / degree));
+    }
+  }
 }
 
 TEST_CASE("A vial read from an STL file holds its balls like the cylinder that it is") {

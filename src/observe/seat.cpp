@@ -31,7 +31,7 @@ std::optional<Seat> Seat::of(const ObserverSettings& settings, const Simulation&
 
 Mat3 Seat::to_first_vial(const Vec3& in_disc) const {
   const Vec3 axis = planetary->axis.normalized(), first = vial_pose(*planetary, 0).origin - planetary->centre, r = in_disc - planetary->centre;
-  const double angle = std::atan2(axis.cross(first).dot(r), first.norm() * first.dot(r)), share = 2 * 3.141592653589793 / planetary->vials;
+  const double angle = std::atan2(axis.cross(first).dot(r), first.dot(r)), share = 2 * 3.141592653589793 / planetary->vials;
   return Eigen::AngleAxisd(-share * std::nearbyint(angle / share), axis).toRotationMatrix();
 }
 
