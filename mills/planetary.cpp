@@ -32,11 +32,13 @@ Motion turning(const Vec3& centre, const Vec3& axis, double speed, double ramp) 
 
 void check(const PlanetaryMill& mill) {
   require(positive(mill.disc_diameter), "The disc of a planetary mill must have a diameter above 0 m.");
-  require(positive(mill.vial_diameter) && positive(mill.vial_length), "The vials of a planetary mill must have a diameter and a length above 0 m.");
+  require(positive(mill.vial_diameter) && positive(mill.vial_length),
+          "The vials of a planetary mill must have a diameter and a length above 0 m.");
   require(mill.vials >= 1, "A planetary mill must have at least one vial.");
   require(std::isfinite(mill.speed) && std::isfinite(mill.ratio), "The speed of a planetary mill and its ratio must be finite numbers.");
   require(std::isfinite(mill.ramp) && mill.ramp >= 0, "The ramp of a mill's speed must be 0 s or more.");
-  require(mill.axis.allFinite() && mill.axis.norm() > 0 && mill.centre.allFinite(), "The axis and centre of a mill must be finite, and the axis not zero.");
+  require(mill.axis.allFinite() && mill.axis.norm() > 0 && mill.centre.allFinite(),
+          "The axis and centre of a mill must be finite, and the axis not zero.");
   require(mill.tilt >= 0 && mill.tilt <= 0.5 * pi + 1e-9, "The vials of a planetary mill must be tilted by 0 to 90 degrees.");
   require(mill.tilt == 0 || mill.ratio_to == PlanetaryMill::RatioTo::disc,
           "Where the vials are tilted, their speed can be counted against the disc only, as their axes are not the disc's.");
@@ -45,7 +47,8 @@ void check(const PlanetaryMill& mill) {
   const double across = 0.5 * mill.vial_diameter;
   const double inward = 0.5 * (mill.vial_diameter * std::cos(mill.tilt) + mill.vial_length * std::sin(mill.tilt));
   const double nearest = mill.tilt == 0 ? arm(mill) * std::sin(pi / mill.vials) : (arm(mill) - inward) * std::tan(pi / mill.vials);
-  require((mill.vials == 2 ? arm(mill) > inward : nearest > across), "The vials of a planetary mill meet: make them smaller or the disc larger.");
+  require((mill.vials == 2 ? arm(mill) > inward : nearest > across),
+          "The vials of a planetary mill meet: make them smaller or the disc larger.");
 }
 
 Motion disc_motion(const PlanetaryMill& mill) { return turning(mill.centre, mill.axis.normalized(), mill.speed, mill.ramp); }
@@ -60,7 +63,8 @@ std::string vial_name(int vial) { return "vial_" + std::to_string(vial + 1); }
 
 std::vector<Frame> frames_of(const PlanetaryMill& mill) {
   check(mill);
-  std::vector<Frame> frames = {{"disc", -1, mill.axes == PlanetaryMill::Axes::fixed ? disc_motion(mill) : Motion(Rotating{mill.centre, mill.axis.normalized(), 0})}};
+  std::vector<Frame> frames = {
+      {"disc", -1, mill.axes == PlanetaryMill::Axes::fixed ? disc_motion(mill) : Motion(Rotating{mill.centre, mill.axis.normalized(), 0})}};
   for (int k = 0; k < mill.vials; ++k) frames.push_back({vial_name(k), 0, vial_motion(mill, k)});
   return frames;
 }

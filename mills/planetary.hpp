@@ -56,8 +56,8 @@ double volume(const PlanetaryMill& mill);
 
 // The speed of the vials against the fixed frame over that of the disc, for axes that are parallel.
 double absolute_ratio(const PlanetaryMill& mill);
-// The ratio |absolute_ratio| above which a ball of diameter d stays on the shell even at its point nearest to the disc's axis, without
-// gravity: there the shell's pull l ω² must exceed the pull R Ω² of the disc, so √(R/l) with l = (D − d)/2. Mio et al. (2002), Mater. Sci. Eng. A 332, 75.
+// The |absolute_ratio| above which a ball of diameter d stays on the shell even at its point nearest to the disc's axis, without gravity:
+// there the pull l ω² that holds it on its circle must exceed that of the disc, R Ω²; so √(R/l) with l = (D − d)/2, exact for one ball.
 double critical_ratio(const PlanetaryMill& mill, double ball_diameter);
 
 }  // namespace quern

@@ -43,7 +43,8 @@ TEST_CASE("Ten mills at random settings collide as often and as hard in the axes
   double squares = 0;
   int comparisons = 0;
   for (int trial = 0; trial < 10; ++trial) {
-    const double speed = random.uniform(20, 60), ratio = random.uniform(-3, -0.5);  // at positive ones the charge surges too slowly for so short runs
+    const double speed = random.uniform(20, 60),
+                 ratio = random.uniform(-3, -0.5);  // at positive ones the charge surges too slowly for so short runs
     std::vector<std::string> overrides = {"material.steel.young=2e7",
                                           "duration=1.3",
                                           "observe.start=0.3",
@@ -56,7 +57,7 @@ TEST_CASE("Ten mills at random settings collide as often and as hard in the axes
                                           "pair.steel.steel.friction=" + std::to_string(random.uniform(0.1, 0.8)),
                                           "species.ball.diameter=" + std::to_string(random.uniform(0.007, 0.009)),
                                           "observe.charge=false"};
-    if (trial % 4 == 3) overrides.push_back("mill.axis=[0, 1, 0]");         // lying: gravity turns in the axes of the disc
+    if (trial % 4 == 3) overrides.push_back("mill.axis=[0, 1, 0]");  // lying: gravity turns in the axes of the disc
     if (trial == 4 || trial == 5) overrides.push_back("mill.vial_tilt=0.5 rad");
     overrides.push_back("mill.axes=fixed");
     std::map<std::string, Estimate> fixed = run(overrides, 1.3);
@@ -66,7 +67,7 @@ TEST_CASE("Ten mills at random settings collide as often and as hard in the axes
     for (const char* key : {"collision_rate", "mean_collision_energy"}) {
       INFO(key << " fixed " << fixed[key].value << " ± " << fixed[key].error << ", disc " << disc[key].value << " ± " << disc[key].error);
       const double z = (fixed[key].value - disc[key].value) / std::hypot(fixed[key].error, disc[key].error);
-      CHECK(std::abs(z) < 3.3);  // one in a thousand by chance
+      CHECK(std::abs(z) < 3.3);                                                       // one in a thousand by chance
       CHECK(std::hypot(fixed[key].error, disc[key].error) < 0.2 * fixed[key].value);  // not for want of knowing
       squares += z * z, ++comparisons;
     }
@@ -78,7 +79,8 @@ TEST_CASE("Ten mills at random settings collide as often and as hard in the axes
 
 TEST_CASE("The power of a planetary mill by torque on both axes is what the ledger finds dissipated") {
   for (const char* axes : {"mill.axes=fixed", "mill.axes=disc"}) {
-    const Case c = read_case(std::string(QUERN_SOURCE_DIR) + "/cases/planetary_250rpm/case.toml", {axes, "material.steel.young=1e8", "observe.start=0.5", "observe.charge=false"});
+    const Case c = read_case(std::string(QUERN_SOURCE_DIR) + "/cases/planetary_250rpm/case.toml",
+                             {axes, "material.steel.young=1e8", "observe.start=0.5", "observe.charge=false"});
     Built built = build_case(c);
     Observers observers(built.observe);
     Simulation& s = built.simulation;

@@ -78,7 +78,8 @@ TEST_CASE("A single ball in an empty vial flies straight in the fixed frame unti
         const Turn disc = turn_at(disc_motion(mill), t);
         const Pose seat = axes == PlanetaryMill::Axes::disc ? poses_at({{"disc", -1, disc_motion(mill)}}, t)[0] : Pose{};
         worst = std::max(worst, (seat.to_fixed(vec(s.particles.position[0])) - expected).norm());
-        const Vec3 turned = axes == PlanetaryMill::Axes::disc ? (seat.axes * vec(s.particles.spin[0]) + disc.speed * disc.axis).eval() : vec(s.particles.spin[0]);
+        const Vec3 turned = axes == PlanetaryMill::Axes::disc ? (seat.axes * vec(s.particles.spin[0]) + disc.speed * disc.axis).eval()
+                                                              : vec(s.particles.spin[0]);
         // At the very corner of a ramp half of the step's turn is still to come.
         if (std::abs(t - mill.ramp) > 1e-9) worst_spin = std::max(worst_spin, (turned - spin).norm() / spin.norm());
         way = (expected - start).norm();
@@ -153,8 +154,8 @@ TEST_CASE("A planetary mill that cannot be is refused") {
     CHECK_THROWS_AS(check(mill), InputError);
   };
   CHECK_NOTHROW(check(small_mill()));
-  refused([](PlanetaryMill& m) { m.vial_diameter = 0.15; });               // the vials meet in the middle
-  refused([](PlanetaryMill& m) { m.vials = 4, m.vial_diameter = 0.1; });   // and beside each other
+  refused([](PlanetaryMill& m) { m.vial_diameter = 0.15; });              // the vials meet in the middle
+  refused([](PlanetaryMill& m) { m.vials = 4, m.vial_diameter = 0.1; });  // and beside each other
   refused([](PlanetaryMill& m) { m.vials = 0; });
   refused([](PlanetaryMill& m) { m.disc_diameter = 0; });
   refused([](PlanetaryMill& m) { m.ramp = -1; });

@@ -2,7 +2,8 @@
 
 namespace quern {
 
-double apply_fields(const std::vector<Field>& fields, double time, double time_step, const Particles& particles, Index first, Index last, Load* load) {
+double apply_fields(const std::vector<Field>& fields, double time, double time_step, const Particles& particles, Index first, Index last,
+                    Load* load) {
   double power = 0;
   for (const Field& field : fields) {
     std::visit(

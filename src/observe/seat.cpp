@@ -7,7 +7,12 @@ MillAxis charge_axis(const ObserverSettings& settings) {
   if (settings.mill) return *settings.mill;
   const PlanetaryMill& mill = *settings.planetary;
   const Pose vial = vial_pose(mill, 0);
-  return {vial.origin, vial.axes.col(2), turn_at(vial_motion(mill, 0), mill.ramp).speed, 0.5 * mill.vial_diameter, mill.vials * mill.vial_length, 0};
+  return {vial.origin,
+          vial.axes.col(2),
+          turn_at(vial_motion(mill, 0), mill.ramp).speed,
+          0.5 * mill.vial_diameter,
+          mill.vials * mill.vial_length,
+          0};
 }
 
 std::optional<Seat> Seat::of(const ObserverSettings& settings, const Simulation& simulation) {
@@ -20,7 +25,8 @@ std::optional<Seat> Seat::of(const ObserverSettings& settings, const Simulation&
     pull = mill.speed * mill.speed * (vial_pose(mill, 0).origin - mill.centre);
     seat.planetary = &mill;
     seat.disc = disc_pose(mill, now);
-    if (mill.axes == PlanetaryMill::Axes::disc) seat.field = TurningFrame{disc_motion(mill), simulation.gravity}.at(now, simulation.clock.time_step);
+    if (mill.axes == PlanetaryMill::Axes::disc)
+      seat.field = TurningFrame{disc_motion(mill), simulation.gravity}.at(now, simulation.clock.time_step);
   }
   const std::optional<MillView> view = view_of(charge_axis(settings), pull);
   if (!view) return std::nullopt;
@@ -30,7 +36,8 @@ std::optional<Seat> Seat::of(const ObserverSettings& settings, const Simulation&
 }
 
 Mat3 Seat::to_first_vial(const Vec3& in_disc) const {
-  const Vec3 axis = planetary->axis.normalized(), first = vial_pose(*planetary, 0).origin - planetary->centre, r = in_disc - planetary->centre;
+  const Vec3 axis = planetary->axis.normalized(), first = vial_pose(*planetary, 0).origin - planetary->centre,
+             r = in_disc - planetary->centre;
   const double angle = std::atan2(axis.cross(first).dot(r), first.dot(r)), share = 2 * 3.141592653589793 / planetary->vials;
   return Eigen::AngleAxisd(-share * std::nearbyint(angle / share), axis).toRotationMatrix();
 }
@@ -77,7 +84,8 @@ Simulation first_vial(const Simulation& simulation, const PlanetaryMill& mill) {
     const auto k = static_cast<std::size_t>(i);
     const Vec3 place = disc.to_local(vec(p.position[k])), r = place - mill.centre;
     if (std::abs(std::atan2(across.dot(r), out.dot(r))) > share) continue;
-    const auto row = static_cast<std::size_t>(s.particles.add_sphere(triple(place), p.radius(i), simulation.materials[p.material[k]].density, p.material[k], p.species[k]));
+    const auto row = static_cast<std::size_t>(
+        s.particles.add_sphere(triple(place), p.radius(i), simulation.materials[p.material[k]].density, p.material[k], p.species[k]));
     set(s.particles.velocity[row], disc.axes.transpose() * (vec(p.velocity[k]) - disc.velocity_at(vec(p.position[k]))));
     set(s.particles.spin[row], disc.axes.transpose() * (vec(p.spin[k]) - disc.angular_velocity));
   }
