@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <map>
 #include <type_traits>
 
 #include "scene.hpp"
@@ -55,7 +56,7 @@ struct Bytes {
   }
   template <class T>
   void item(T& x) {
-    if constexpr (std::is_arithmetic_v<T>) raw(&x, sizeof x);
+    if constexpr (std::is_trivially_copyable_v<T> && !requires { x.archive(*this); }) raw(&x, sizeof x);
     else x.archive(*this);
   }
   void item(std::string& s) {
@@ -70,6 +71,25 @@ struct Bytes {
     item(n);
     v.resize(n);
     for (T& x : v) item(x);
+  }
+  template <class K, class V>
+  void item(std::map<K, V>& m) {
+    std::size_t n = m.size();
+    item(n);
+    if (reading) {
+      m.clear();
+      for (std::size_t k = 0; k < n; ++k) {
+        K key;
+        item(key);
+        item(m[key]);
+      }
+      return;
+    }
+    for (auto& [key, value] : m) {
+      K copy = key;
+      item(copy);
+      item(value);
+    }
   }
   void raw(void* p, std::size_t n) {
     if (reading) {

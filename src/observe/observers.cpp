@@ -17,6 +17,7 @@ void Observers::see(const Simulation& simulation) {
   if (settings.power) torque_power.see(simulation, settings);
   if (settings.shell_force) shell_force.see(simulation, settings);
   if (settings.spectrum) spectrum.see(simulation, settings);
+  if (settings.spectrum) captures.see(simulation, settings);
   if (settings.charge) charge.see(simulation, settings);
   if (settings.contact_history) contact_history.see(simulation);
   if (!settings.track.empty()) track.see(simulation, settings);
@@ -39,6 +40,7 @@ std::vector<Headline> Observers::headlines() const {
   if (settings.shell_force) append(all, shell_force.headlines(settings, from));
   if (settings.charge) append(all, charge.headlines(from));
   if (settings.spectrum) append(all, spectrum.headlines(from));
+  if (settings.spectrum) append(all, captures.headlines(from));
   return all;
 }
 
@@ -49,6 +51,7 @@ std::vector<Table> Observers::tables() const {
   if (settings.shell_force) append(all, shell_force.tables(settings, from));
   if (settings.charge) append(all, charge.tables(settings, from));
   if (settings.spectrum) append(all, spectrum.tables(from));
+  if (settings.spectrum) append(all, captures.tables(from));
   if (settings.contact_history) append(all, contact_history.tables());
   if (!settings.track.empty()) append(all, track.tables());
   return all;

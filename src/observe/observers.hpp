@@ -1,6 +1,7 @@
 // Everything that watches one run. Use: make from settings; see() after every step; finish() before the results are read.
 #pragma once
 #include "src/engine/simulation.hpp"
+#include "src/observe/captures.hpp"
 #include "src/observe/charge.hpp"
 #include "src/observe/contact_history.hpp"
 #include "src/observe/observer_settings.hpp"
@@ -17,6 +18,7 @@ struct Observers {
   TorquePower torque_power;
   ShellForce shell_force;
   CollisionSpectrum spectrum;
+  Captures captures;
   Charge charge;
   ContactHistory contact_history;
   Track track;
@@ -39,7 +41,7 @@ struct Observers {
   // All that was seen, not the settings: those come from the case.
   template <class Archive>
   void archive(Archive& a) {
-    a(torque_power, shell_force, spectrum, charge, contact_history, track);
+    a(torque_power, shell_force, spectrum, captures, charge, contact_history, track);
   }
 };
 
