@@ -158,7 +158,7 @@ constexpr Key table[] = {
     {"observe.band", numbers, "Hz", "[20, 150]", not_negative, "", "Band of that spectrum", "S1"},
     {"observe.spectrum", flag, "", "true", any, "", "Collisions and their energy spectra", ""},
     {"observe.bins_per_decade", whole, "1", "10", {1, 100}, "", "Bins of the energy spectra", ""},
-    {"observe.long_contact", number, "s", "0", not_negative, "", "Contacts that last longer are counted apart; 0: 500 time steps", ""},
+    {"observe.long_contact", number, "s", "0", not_negative, "", "Contacts that last longer are counted apart; 0: 1000 time steps", ""},
     {"observe.charge", flag, "", "true", any, "", "Angles, heights and polar fields of the charge of a mill", ""},
     {"observe.charge_interval", number, "s", "0", not_negative, "", "Time between samples of the charge; 0: 1/360 of a revolution, at least 20 steps", ""},
     {"observe.angle_cells", whole, "1", "120", {12, 3600}, "", "Cells of the polar fields around the mill", ""},
