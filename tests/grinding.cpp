@@ -1,7 +1,5 @@
 // Grinding kinetics: what the fits recover, how often their intervals hold, and `quern grinding`.
 #include <catch2/catch.hpp>
-#include <sys/wait.h>
-#include <unistd.h>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -11,6 +9,7 @@
 #include "src/grinding/kinetics.hpp"
 #include "src/grinding/passing_size.hpp"
 #include "src/grinding/power_law.hpp"
+#include "tests/folder.hpp"
 
 using namespace quern;
 namespace fs = std::filesystem;
@@ -32,25 +31,10 @@ SizeSeries noisy(SizeSeries s, double error, RandomStream& random) {
 
 bool holds(const std::optional<Interval95>& interval, double truth) { return interval && (*interval)[0] <= truth && truth <= (*interval)[1]; }
 
-struct Folder {
-  fs::path path = fs::temp_directory_path() / ("quern_grinding_" + std::to_string(getpid()));
-  Folder() { fs::remove_all(path), fs::create_directories(path); }
-  ~Folder() { fs::remove_all(path); }
-  std::string write(const std::string& file, const std::string& text) const {
-    fs::create_directories((path / file).parent_path());
-    std::ofstream(path / file) << text;
-    return (path / file).string();
-  }
-  std::string read(const std::string& file) const {
-    std::ifstream stream(path / file);
-    return {std::istreambuf_iterator<char>(stream), {}};
-  }
+struct GrindingFolder : Folder {
+  GrindingFolder() : Folder("grinding") {}
   // `quern grinding`; its words are then in the file log.
-  int grind(const std::string& arguments) const {
-    const std::string command = std::string("'") + QUERN_PROGRAM + "' grinding " + arguments + " > '" + (path / "log").string() + "' 2>&1";
-    const int status = std::system(command.c_str());
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  }
+  int grind(const std::string& arguments) const { return run_quern("grinding " + arguments, path / "log"); }
   nlohmann::json summary(const std::string& out) const { return nlohmann::json::parse(read(out + "/summary.json")); }
 };
 
@@ -232,7 +216,7 @@ TEST_CASE("passing sizes are read between the sieves") {
 }
 
 TEST_CASE("quern grinding fits rates and their law", "[cli]") {
-  const Folder folder;
+  const GrindingFolder folder;
   const std::string file = folder.write("sizes.csv", three_runs(",E_i [mW]", {"a,1000", "b,2000", "c,3000"}));
   REQUIRE(folder.grind("'" + file + "' --no-pictures --out '" + (folder.path / "out").string() + "'") == 0);
   const nlohmann::json summary = folder.summary("out");
@@ -270,7 +254,7 @@ TEST_CASE("quern grinding fits rates and their law", "[cli]") {
 }
 
 TEST_CASE("quern grinding says in one line what is wrong with its input", "[cli]") {
-  const Folder folder;
+  const GrindingFolder folder;
   const auto rows = [](const std::string& header, const std::string& body) { return header + "\n" + body; };
   struct Bad {
     std::string text, arguments, says;
@@ -318,7 +302,7 @@ TEST_CASE("quern grinding says in one line what is wrong with its input", "[cli]
 }
 
 TEST_CASE("quern validate holds fits to measured sizes against their bands", "[cli]") {
-  const Folder folder;
+  const GrindingFolder folder;
   folder.write("case/sizes.csv", three_runs(",E_i [W]", {"a,1", "b,2", "c,3"}));
   const auto validate = [&](const std::string& run) {
     folder.write("case/check.toml", "source = \"made\"\n[[run]]\nname = \"a\"\n" + run +
@@ -335,7 +319,7 @@ TEST_CASE("quern validate holds fits to measured sizes against their bands", "[c
 }
 
 TEST_CASE("the measured kinetics of cases/kinetics_real come out as its page says", "[cli]") {
-  const Folder folder;
+  const GrindingFolder folder;
   const std::string source = std::string(QUERN_SOURCE_DIR) + "/cases/kinetics_real/";
   REQUIRE(folder.grind("'" + source + "shear_psd.csv' --against speed --limit 0 --no-pictures --out '" + (folder.path / "shear").string() + "'") == 0);
   const nlohmann::json shear = folder.summary("shear");

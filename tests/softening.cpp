@@ -1,6 +1,5 @@
 // Softer contacts: what two runs say about each other, and `quern check --soften`.
 #include <catch2/catch.hpp>
-#include <unistd.h>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -10,26 +9,12 @@
 #include "src/case/softening.hpp"
 #include "src/contact/restitution.hpp"
 #include "src/observe/difference.hpp"
+#include "tests/folder.hpp"
 
 using namespace quern;
 namespace fs = std::filesystem;
 
 namespace {
-
-struct Folder {
-  fs::path path = fs::temp_directory_path() / ("quern_softening_" + std::to_string(getpid()));
-  Folder() { fs::remove_all(path), fs::create_directories(path); }
-  ~Folder() { fs::remove_all(path); }
-  std::string write(const std::string& file, const std::string& text) const {
-    fs::create_directories((path / file).parent_path());
-    std::ofstream(path / file) << text;
-    return (path / file).string();
-  }
-  std::string read(const std::string& file) const {
-    std::ifstream stream(path / file);
-    return {std::istreambuf_iterator<char>(stream), {}};
-  }
-};
 
 Estimate within(double value, double half) { return {value, {{value - half, value + half}}}; }
 
@@ -40,11 +25,7 @@ const SoftRow& row_of(const SoftReport& report, const std::string& key) {
   return report.rows.front();
 }
 
-int run_check(const std::string& arguments, const fs::path& log) {
-  const std::string command = std::string("'") + QUERN_PROGRAM + "' check " + arguments + " > '" + log.string() + "' 2>&1";
-  const int status = std::system(command.c_str());
-  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-}
+int run_check(const std::string& arguments, const fs::path& log) { return run_quern("check " + arguments, log); }
 
 const std::string drop = R"(name = "drop"
 duration = "40 ms"
@@ -114,7 +95,7 @@ TEST_CASE("of equal things few are said to move, and runs as long as advised sho
 }
 
 TEST_CASE("softer laws keep their restitution at every speed, and collisions last longer") {
-  const Folder folder;
+  const Folder folder("softening");
   const auto text = [](const std::string& law) {
     return "name = \"soft\"\nduration = 1\n[material.steel]\ndensity = 7800\nyoung = \"200 GPa\"\n[pair.default]\nfriction = 0.3\n" + law +
            "\n[species.ball]\nmaterial = \"steel\"\ndiameter = 0.04\n[insert.ball]\nspecies = \"ball\"\npositions = [[0, 0, 0], [0.1, 0, 0]]\n";
@@ -141,7 +122,7 @@ TEST_CASE("softer laws keep their restitution at every speed, and collisions las
 }
 
 TEST_CASE("two summaries are compared output by output") {
-  const Folder folder;
+  const Folder folder("softening");
   const auto summary = [](double power, double shoulder, double rate, double overlap) {
     const auto entry = [](const char* key, double value, double half, const char* unit) {
       return "\"" + std::string(key) + "\": {\"value\": " + std::to_string(value) + ", \"unit\": \"" + unit + "\"" +
@@ -174,7 +155,7 @@ TEST_CASE("two summaries are compared output by output") {
 }
 
 TEST_CASE("check --soften shows that a bounce forgets the stiffness and that overlaps do not", "[cli]") {
-  const Folder folder;
+  const Folder folder("softening");
   const std::string file = folder.write("drop.toml", drop), out = (folder.path / "out").string();
   REQUIRE(run_check("'" + file + "' --soften 10 --threads 1 --out '" + out + "'", folder.path / "log") == 0);
   const nlohmann::json report = nlohmann::json::parse(folder.read("out/soften.json"));

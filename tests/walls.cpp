@@ -49,7 +49,6 @@ struct Bench {
     step.domain = &domain;
     step.pair_kind = pair_kind.data();
     step.material_count = 1;
-    step.block_size = 1000;
     step.time = 0.25;
     step.path = path += 1;  // whatever was far may be near
     find_wall_touches(step, walls, block);

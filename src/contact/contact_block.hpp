@@ -86,6 +86,11 @@ struct alignas(64) Load {
   Quad force, torque;  // [N], [N m]
 };
 
+QUERN_INLINE void add(Load& to, const Load& what) {
+  to.force.x += what.force.x, to.force.y += what.force.y, to.force.z += what.force.z;
+  to.torque.x += what.torque.x, to.torque.y += what.torque.y, to.torque.z += what.torque.z;
+}
+
 // A run of another block's halo that lies in this block.
 struct Incoming {
   Index block, from, to;

@@ -15,7 +15,6 @@ struct StepContext {
   const Domain* domain;
   const std::uint8_t* pair_kind;  // [material_i * material_count + material_j]
   Index material_count;
-  Index block_size;               // particles per block: block of row j is j / block_size
   double time_step;               // [s]; 0 where forces are evaluated without a step
   double ahead;                   // half the next step [s]
   double time;                    // at the end of the step [s]

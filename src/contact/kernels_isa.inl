@@ -182,7 +182,7 @@ QUERN_INLINE void answer(const Law& law, const Rolling& rolling, const Bodies& b
 
 struct Sums {
   Pack elastic{0.0}, normal{0.0}, sliding{0.0}, rolling{0.0};
-    QUERN_INLINE void add(const Answer& a, int count) {
+  QUERN_INLINE void add(const Answer& a, int count) {
     add_first(elastic, a.elastic_energy, count);
     add_first(normal, a.normal_loss, count);
     add_first(sliding, a.tangential_loss, count);
@@ -219,8 +219,6 @@ QUERN_INLINE void write_down(const StepContext& step, const Encounter& met, cons
     r.tangential_loss += lt[k];
   }
 }
-
-QUERN_INLINE void add_to(Quad& to, const Quad& row) { to.x += row.x, to.y += row.y, to.z += row.z; }
 
 // A batch of pairs on its way from the positions to the forces.
 struct PairBatch {
@@ -267,7 +265,7 @@ QUERN_INLINE void pull(const PairBatch& batch, const Index* i, const Index* j, d
                   [&](int k) { return loads + 2 * j[k]; });
 }
 
-// A chunk of batches goes through each stage lanes: their square roots and divisions wait for nothing but their own batch, and
+// A chunk of batches goes through each stage together: their square roots and divisions wait for nothing but their own batch, and
 // a processor that looks some hundred instructions ahead works on several batches at a time.
 template <class Law>
 void pair_forces_of(const StepContext& context, const Law& chosen, const Rolling& chosen_rolling, ContactBlock& block, Workspace& work) {
@@ -358,9 +356,7 @@ void wall_forces_of(const StepContext& step, const Law& law, const Rolling& roll
     scatter_rows({a.moment.x, a.moment.y, a.moment.z, zero}, [&](int k) { return &moment[k].x; });
     scatter_rows({torque.x, torque.y, torque.z, zero}, [&](int k) { return &torques[k].x; });
     for (int k = 0; k < batch.count; ++k) {
-      Load& sum = block.load[static_cast<std::size_t>(batch.i[k] - block.first)];
-      add_to(sum.force, force[k]);
-      add_to(sum.torque, torques[k]);
+      add(block.load[static_cast<std::size_t>(batch.i[k] - block.first)], {force[k], torques[k]});
       const WallTouch& t = touch[batch.j[k]];
       WallSums& wall = block.wall_sums[static_cast<std::size_t>(t.point.w)];
       const Triple<double> f = xyz(force[k]), m = xyz(moment[k]);
@@ -517,8 +513,8 @@ void find_near(const Domain& domain, const CellGrid& grid, const Quad& centre, d
 
 }  // namespace
 
-#define QUERN_TEXPack(x) #x
-#define QUERN_NAME(x) QUERN_TEXPack(x)
+#define QUERN_TEXT(x) #x
+#define QUERN_NAME(x) QUERN_TEXT(x)
 const Kernels kernels{QUERN_NAME(QUERN_ISA), advance, correct, load_block, pair_forces, wall_forces, find_near};
 
 }  // namespace quern::QUERN_ISA

@@ -68,19 +68,13 @@ void find_forces(Simulation& s, const StepContext& context, ContactBlock& block)
     block.sums.field_work = context.time_step * apply_fields(s.fields, context.time, s.clock.time_step, s.particles, block.first, block.last, block.load.data());
 }
 
-void add(Quad& to, const Quad& what) { to.x += what.x, to.y += what.y, to.z += what.z; }
-
 // Adds what the halos of blocks hold for a block's particles, in the order of the blocks, then completes their velocities.
 void finish_block(Simulation& s, std::size_t mine, double time_step) {
   ContactBlock& block = s.contacts.blocks[mine];
   for (const Incoming& run : block.incoming) {
     const ContactBlock& other = s.contacts.blocks[at(run.block)];
     const Load* halo_load = other.load.data() + other.size();
-    for (std::size_t k = at(run.from); k < at(run.to); ++k) {
-      Load& load = block.load[at(other.halo[k].row - block.first)];
-      add(load.force, halo_load[k].force);
-      add(load.torque, halo_load[k].torque);
-    }
+    for (std::size_t k = at(run.from); k < at(run.to); ++k) add(block.load[at(other.halo[k].row - block.first)], halo_load[k]);
   }
   s.kernels->correct(s.particles, block, time_step, triple(s.gravity));
 }
@@ -150,8 +144,8 @@ void Simulation::move_walls() {
 }
 
 StepContext Simulation::context() const {
-  return {const_cast<Particles*>(&particles), &domain,          pair_kind.data(), static_cast<Index>(materials.size()),         contacts.block_size,
-          clock.time_step,                    0.5 * clock.time_step, clock.time(),     contacts.travelled + contacts.wall_travelled};
+  return {const_cast<Particles*>(&particles), &domain,      pair_kind.data(), static_cast<Index>(materials.size()), clock.time_step,
+          0.5 * clock.time_step,              clock.time(), contacts.travelled + contacts.wall_travelled};
 }
 
 void Simulation::start(bool record_collisions) {
