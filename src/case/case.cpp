@@ -377,6 +377,11 @@ ObserverSettings read_observers(const Values& v, Case& c) {
   o.spectrum = v.flag("observe.spectrum");
   o.bins_per_decade = static_cast<int>(v.whole("observe.bins_per_decade"));
   o.long_contact = v.number("observe.long_contact");
+  o.convergence_interval = v.number_if("observe.convergence_interval").value_or(c.duration / 200);
+  o.stop_at_interval = v.number_if("observe.stop_at_interval").value_or(0);
+  o.stop_at_bin_interval = v.number_if("observe.stop_at_bin_interval").value_or(0);
+  for (const char* key : {"observe.stop_at_interval", "observe.stop_at_bin_interval"})
+    if (v.has(key) && !o.spectrum) v.refuse(key, "found with observe.spectrum = false; allowed is to leave it out, or to count collisions");
   o.charge = v.flag("observe.charge");
   o.charge_interval = v.number("observe.charge_interval");
   o.angle_cells = static_cast<int>(v.whole("observe.angle_cells"));

@@ -17,7 +17,7 @@ constexpr Key table[] = {
     // The run
     {"name", text, "", "", any, "", "Name of the case; default: of its folder, or of its file", ""},
     {"title", text, "", "\"\"", any, "", "One line that says what the case is", ""},
-    {"duration", number, "s", "required", positive, "", "Simulated time", ""},
+    {"duration", number, "s", "required", positive, "", "Simulated time; with observe.stop_at_interval: the longest", ""},
     {"seed", whole, "1", "1", {0, 9e15}, "", "Seed of everything drawn at random", ""},
     {"gravity", vector, "m/s2", "[0, 0, -9.81]", {-1e6, 1e6}, "", "Gravity in the fixed frame", ""},
     {"time_step.value", number, "s", "", positive, "", "Time step; default: fraction of the limit", ""},
@@ -159,6 +159,9 @@ constexpr Key table[] = {
     {"observe.spectrum", flag, "", "true", any, "", "Collisions and their energy spectra", ""},
     {"observe.bins_per_decade", whole, "1", "10", {1, 100}, "", "Bins of the energy spectra", ""},
     {"observe.long_contact", number, "s", "0", not_negative, "", "Contacts that last longer are counted apart; 0: 1000 time steps", ""},
+    {"observe.stop_at_interval", number, "1", "", {0, 1, true}, "", "The run ends once the 95 % intervals of E_i and of the collisions per second are ± this part of them, or narrower, and stay so; duration is then the longest", "Glynn & Whitt 1992"},
+    {"observe.stop_at_bin_interval", number, "1", "", {0, 1, true}, "", "The same for the collisions per second of every bin of impact energy that carries at least 1 % of E_i; with stop_at_interval: when both are met", "Glynn & Whitt 1992"},
+    {"observe.convergence_interval", number, "s", "", positive, "", "Time between rows of convergence.csv, at which the run may end so; default: a two-hundredth of the duration", ""},
     {"observe.charge", flag, "", "true", any, "", "Angles, heights and polar fields of the charge of a mill", ""},
     {"observe.charge_interval", number, "s", "0", not_negative, "", "Time between samples of the charge; 0: 1/360 of a revolution, at least 20 steps", ""},
     {"observe.angle_cells", whole, "1", "120", {12, 3600}, "", "Cells of the polar fields around the mill", ""},

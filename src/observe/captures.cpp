@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include "src/observe/block_average.hpp"
+#include "src/observe/spectrum.hpp"
 
 namespace quern {
 namespace {
@@ -11,15 +12,21 @@ constexpr double least_energy = 1e-15;  // [J]; below, all is one bin
 
 }  // namespace
 
+void CaptureBin::add(const CaptureBin& more) {
+  count += more.count;
+  normal_loss += more.normal_loss;
+  tangential_loss += more.tangential_loss;
+}
+
 void CaptureSums::add(const CaptureSums& later) {
   for (const auto& [kind, bins] : later.kinds)
-    for (const auto& [bin, sum] : bins) kinds[kind][bin].count += sum.count, kinds[kind][bin].loss += sum.loss;
+    for (const auto& [bin, sum] : bins) kinds[kind][bin].add(sum);
 }
 
 CaptureBin CaptureSums::total() const {
   CaptureBin all;
   for (const auto& [kind, bins] : kinds)
-    for (const auto& [bin, sum] : bins) all.count += sum.count, all.loss += sum.loss;
+    for (const auto& [bin, sum] : bins) all.add(sum);
   return all;
 }
 
@@ -33,11 +40,11 @@ void Captures::begin(const Simulation& simulation, const ObserverSettings& setti
   for (Index i = 0; i < p.owned; ++i) {
     const auto id = static_cast<std::size_t>(p.id[static_cast<std::size_t>(i)]);
     mass[id] = p.mass(i);
+    charge_mass += mass[id];
     kind[id] = p.species[static_cast<std::size_t>(i)];
     while (species.size() <= kind[id]) species.push_back("species_" + std::to_string(species.size()));
   }
-  const double speed = settings.planetary ? settings.planetary->speed : settings.mill ? settings.mill->speed : 0;
-  blocks.span = speed != 0 ? 6.283185307179586 / std::abs(speed) / 20 : 100 * simulation.clock.time_step;
+  blocks.span = first_span(settings, simulation.clock.time_step);
   blocks.open(simulation.clock.time());
 }
 
@@ -46,23 +53,21 @@ void Captures::take(const Collision& c, CaptureSums& sums) {
   const bool first_is_less = mass_of(c.first_id) <= mass_of(c.second_id);
   const Index particle = first_is_less ? c.first_id : c.second_id, body = first_is_less ? c.second_id : c.first_id;
   if (mass_of(body) < larger * mass_of(particle)) return;
-  Release now{body, body < 0 ? wall_species : kind[static_cast<std::size_t>(body)], c.end_time, c.record.normal_loss + c.record.tangential_loss};
+  Release now{body, body < 0 ? wall_species : kind[static_cast<std::size_t>(body)], c.end_time, c.record.normal_loss, c.record.tangential_loss};
   std::array<Release, 4>& known = releases[particle];
   const Release* other = nullptr;
-  double loss = now.loss;
+  CaptureBin both{1, now.normal_loss, now.tangential_loss};
   for (Release& release : known) {
     if (release.body == body || release.end <= c.record.start_time) continue;
     if (!other || release.end > other->end) other = &release;
-    loss += release.loss;
-    release.loss = 0;
+    both.add({0, release.normal_loss, release.tangential_loss});
+    release.normal_loss = release.tangential_loss = 0;
   }
   if (other) {
-    const int bin = static_cast<int>(std::floor(std::log10(std::max(loss, least_energy)) * bins_per_decade));
+    const int bin = static_cast<int>(std::floor(std::log10(std::max(both.loss(), least_energy)) * bins_per_decade));
     const auto [low, high] = std::minmax(now.species, other->species);
-    CaptureBin& sum = sums.kinds[{low, high, kind[static_cast<std::size_t>(particle)]}][bin];
-    sum.count += 1;
-    sum.loss += loss;
-    now.loss = 0;
+    sums.kinds[{low, high, kind[static_cast<std::size_t>(particle)]}][bin].add(both);
+    now.normal_loss = now.tangential_loss = 0;
   }
   // It takes the place of the same body's last contact, or of the oldest.
   auto place = std::find_if(known.begin(), known.end(), [&](const Release& r) { return r.end > 0 && r.body == body; });
@@ -101,8 +106,8 @@ std::vector<Headline> Captures::headlines(double start) const {
     interval = {{all.count / seconds - half, all.count / seconds + half}};
   }
   return {{"capture_rate", all.count / seconds, "1/s", interval, "particles caught between two larger bodies per second"},
-          {"capture_power", all.loss / seconds, "W", std::nullopt, "dissipated in such captures per second"},
-          {"mean_capture_energy", all.loss / all.count, "J", std::nullopt, "dissipated per capture"}};
+          {"capture_power", all.loss() / seconds, "W", std::nullopt, "dissipated in such captures per second"},
+          {"mean_capture_energy", all.loss() / all.count, "J", std::nullopt, "dissipated per capture"}};
 }
 
 std::vector<Table> Captures::tables(double start) const {
@@ -116,7 +121,9 @@ std::vector<Table> Captures::tables(double start) const {
   Column low{"energy_from", "J", "lower end of the bin", {}, {}}, high{"energy_to", "J", "upper end of the bin", {}, {}};
   Column count{"count", "1", "captures in the bin", {}, {}}, rate{"rate", "1/s", "captures per second", {}, {}};
   Column rate_low{"rate_low", "1/s", "lower end of the 95 % interval (Poisson)", {}, {}}, rate_high{"rate_high", "1/s", "upper end of the 95 % interval (Poisson)", {}, {}};
-  Column loss{"dissipated", "W", "energy dissipated per second", {}, {}};
+  Column loss{"dissipated", "W", "energy dissipated per second", {}, {}}, normal{"normal", "W", "its part along the normal", {}, {}};
+  Column shear{"shear", "W", "its part by sliding and rolling", {}, {}};
+  Column specific{"specific", "W/kg", "energy dissipated per second and mass of charge", {}, {}};
   for (const auto& [three, bins] : sums.kinds) {
     for (const auto& [bin, sum] : bins) {
       bodies.labels.push_back(name(three[0]) + "-" + name(three[2]) + "-" + name(three[1]));
@@ -127,10 +134,13 @@ std::vector<Table> Captures::tables(double start) const {
       const auto [from, to] = poisson_interval(sum.count);
       rate_low.values.push_back(from / seconds);
       rate_high.values.push_back(to / seconds);
-      loss.values.push_back(sum.loss / seconds);
+      loss.values.push_back(sum.loss() / seconds);
+      normal.values.push_back(sum.normal_loss / seconds);
+      shear.values.push_back(sum.tangential_loss / seconds);
+      specific.values.push_back(sum.loss() / seconds / charge_mass);
     }
   }
-  return {{"captures", "particles caught between two larger bodies, by the energy that the capture dissipated", {bodies, low, high, count, rate, rate_low, rate_high, loss}}};
+  return {{"captures", "particles caught between two larger bodies, by the energy that the capture dissipated", {bodies, low, high, count, rate, rate_low, rate_high, loss, normal, shear, specific}}};
 }
 
 }  // namespace quern

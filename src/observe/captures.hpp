@@ -15,7 +15,9 @@
 namespace quern {
 
 struct CaptureBin {
-  double count = 0, loss = 0;  // loss [J]
+  double count = 0, normal_loss = 0, tangential_loss = 0;  // [J]
+  double loss() const { return normal_loss + tangential_loss; }
+  void add(const CaptureBin& more);
 };
 
 // By the species of the larger bodies (255: a wall; ascending) and of the particle between them, and by energy bin.
@@ -33,7 +35,8 @@ struct CaptureSums {
 struct Release {
   Index body = 0;  // id, or −1 − wall
   std::uint8_t species = 255;
-  double end = 0, loss = 0;  // [s], [J]; loss 0 once it was counted
+  double end = 0;                               // [s]
+  double normal_loss = 0, tangential_loss = 0;  // [J]; 0 once they were counted
 };
 
 struct Captures {
@@ -43,7 +46,8 @@ struct Captures {
   std::vector<double> mass;                          // by id [kg]
   std::vector<std::uint8_t> kind;                    // by id: species
   std::vector<std::string> species;
-  double until = 0;  // [s]
+  double until = 0;        // [s]
+  double charge_mass = 0;  // [kg]
   int bins_per_decade = 10;
   bool began = false;
 
@@ -55,7 +59,7 @@ struct Captures {
 
   template <class Archive>
   void archive(Archive& a) {
-    a(blocks, releases, mass, kind, species, until, bins_per_decade, began);
+    a(blocks, releases, mass, kind, species, until, charge_mass, bins_per_decade, began);
   }
 
  private:

@@ -41,6 +41,9 @@ struct ObserverSettings {
   bool spectrum = true;               // of collisions; needs Simulation::start(true)
   int bins_per_decade = 10;
   double long_contact = 0;            // contacts that last longer are counted apart [s]; 0: 1000 time steps
+  double convergence_interval = 0;    // between looks at how well the spectrum is known [s]; 0: none
+  double stop_at_interval = 0;        // half-width over value of the 95 % intervals of E_i and of the collision rate at which the run has sampled enough; 0: not asked for
+  double stop_at_bin_interval = 0;    // the same of every bin that carries at least 1 % of E_i; 0: not asked for
 
   bool charge = true;                 // polar fields, angles, heights; needs `mill`
   double charge_interval = 0;         // between samples of the paths, every fourth of the fields too [s]; 0: 1/360 of a revolution, at least 50 time steps

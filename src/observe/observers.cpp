@@ -18,6 +18,7 @@ void Observers::see(const Simulation& simulation) {
   if (settings.shell_force) shell_force.see(simulation, settings);
   if (settings.spectrum) spectrum.see(simulation, settings);
   if (settings.spectrum) captures.see(simulation, settings);
+  if (settings.spectrum && convergence.due(simulation, settings)) convergence.look(simulation, spectrum, steady_time(), settings);
   if (settings.charge) charge.see(simulation, settings);
   if (settings.contact_history) contact_history.see(simulation);
   if (!settings.track.empty()) track.see(simulation, settings);
@@ -52,6 +53,7 @@ std::vector<Table> Observers::tables() const {
   if (settings.charge) append(all, charge.tables(settings, from));
   if (settings.spectrum) append(all, spectrum.tables(from));
   if (settings.spectrum) append(all, captures.tables(from));
+  if (settings.spectrum) append(all, convergence.tables());
   if (settings.contact_history) append(all, contact_history.tables());
   if (!settings.track.empty()) append(all, track.tables());
   return all;

@@ -4,6 +4,7 @@
 #include "src/observe/captures.hpp"
 #include "src/observe/charge.hpp"
 #include "src/observe/contact_history.hpp"
+#include "src/observe/convergence.hpp"
 #include "src/observe/observer_settings.hpp"
 #include "src/observe/shell_force.hpp"
 #include "src/observe/spectrum.hpp"
@@ -19,6 +20,7 @@ struct Observers {
   ShellForce shell_force;
   CollisionSpectrum spectrum;
   Captures captures;
+  Convergence convergence;
   Charge charge;
   ContactHistory contact_history;
   Track track;
@@ -41,7 +43,7 @@ struct Observers {
   // All that was seen, not the settings: those come from the case.
   template <class Archive>
   void archive(Archive& a) {
-    a(torque_power, shell_force, spectrum, captures, charge, contact_history, track);
+    a(torque_power, shell_force, spectrum, captures, convergence, charge, contact_history, track);
   }
 };
 

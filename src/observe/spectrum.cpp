@@ -29,6 +29,11 @@ void add_each(std::vector<T>& sums, const std::vector<T>& more) {
 
 }  // namespace
 
+double first_span(const ObserverSettings& settings, double time_step) {
+  const double speed = settings.planetary ? settings.planetary->speed : settings.mill ? settings.mill->speed : 0;
+  return speed != 0 ? 6.283185307179586 / std::abs(speed) / 20 : 100 * time_step;
+}
+
 double impact_energy(const Collision& c) { return 0.5 * c.record.effective_mass * c.record.normal_speed * c.record.normal_speed; }
 
 double relative_impact_energy(const Collision& c) {
@@ -133,8 +138,7 @@ void CollisionSpectrum::see(const Simulation& simulation, const ObserverSettings
     }
     for (const Collision& c : simulation.lasting_collisions()) earlier.push_back(as_earlier(c));
     std::sort(earlier.begin(), earlier.end(), [](const EarlierLoss& a, const EarlierLoss& b) { return key_of(a) < key_of(b); });
-    const double speed = settings.planetary ? settings.planetary->speed : settings.mill ? settings.mill->speed : 0;
-    ended.span = speed != 0 ? 6.283185307179586 / std::abs(speed) / 20 : 100 * dt;
+    ended.span = first_span(settings, dt);
     ended.open(now).sums.carried.resize(kinds());
     return;
   }
@@ -182,22 +186,70 @@ CollisionSpectrum::Window CollisionSpectrum::window(double start) const {
   return w;
 }
 
-std::optional<double> CollisionSpectrum::median_impact(const SpectrumSums& sums) const {
-  std::vector<double> energy(static_cast<std::size_t>(bins()));
-  double whole = 0;
+template <class Use>
+void CollisionSpectrum::each_span(double start, Use use) const {
+  for (std::size_t b = ended.first_from(start); b < ended.blocks.size(); ++b) {
+    const double end = b + 1 < ended.blocks.size() ? ended.blocks[b + 1].from : until, seconds = end - ended.blocks[b].from;
+    if (seconds >= 0.5 * ended.span) use(ended.blocks[b].sums, seconds);
+  }
+}
+
+std::vector<EnergySums> CollisionSpectrum::by_impact(const SpectrumSums& sums) const {
+  std::vector<EnergySums> all(static_cast<std::size_t>(bins()));
   for (std::size_t kind = 0; kind < kinds(); ++kind)
     for (const ContactClass type : {ContactClass::collision, ContactClass::enduring}) {
       const std::size_t at = histogram_at(kind, type, EnergyMeasure::impact);
-      if (at >= sums.histograms.size()) continue;
-      const std::vector<EnergySums>& histogram = sums.histograms[at];
-      for (std::size_t bin = 0; bin < histogram.size(); ++bin) energy[bin] += histogram[bin].impact, whole += histogram[bin].impact;
+      if (at < sums.histograms.size()) add_each(all, sums.histograms[at]);
     }
+  return all;
+}
+
+std::optional<double> CollisionSpectrum::median_impact(const SpectrumSums& sums) const {
+  const std::vector<EnergySums> energy = by_impact(sums);
+  double whole = 0, below = 0;
+  for (const EnergySums& bin : energy) whole += bin.impact;
   if (!(whole > 0)) return std::nullopt;
-  double below = 0;
   std::size_t bin = 0;
-  while (bin + 1 < energy.size() && below + energy[bin] < 0.5 * whole) below += energy[bin++];
-  const double share = (0.5 * whole - below) / energy[bin];
+  while (bin + 1 < energy.size() && below + energy[bin].impact < 0.5 * whole) below += energy[bin++].impact;
+  const double share = (0.5 * whole - below) / energy[bin].impact;
   return edge(static_cast<int>(bin)) * std::pow(10.0, share / bins_per_decade);
+}
+
+CollisionSpectrum::Precision CollisionSpectrum::precision(double start) const {
+  Precision out;
+  if (ended.blocks.empty()) return out;
+  const std::size_t first = ended.first_from(start);
+  out.seconds = until - ended.blocks[first].from;
+  if (!(out.seconds > 0)) return out;
+  std::vector<EnergySums> whole;
+  for (std::size_t b = first; b < ended.blocks.size(); ++b) add_each(whole, by_impact(ended.blocks[b].sums));
+  EnergySums all;
+  for (const EnergySums& bin : whole) all.add(bin);
+  out.impact_rate = all.impact / out.seconds;
+  out.collision_rate = all.count / out.seconds;
+  std::vector<std::size_t> weighty;
+  for (std::size_t bin = 0; bin < whole.size(); ++bin)
+    if (whole[bin].impact > 0 && whole[bin].impact >= bin_share * all.impact) weighty.push_back(bin);
+  std::vector<double> impact, count;
+  std::vector<std::vector<double>> of_bin(weighty.size());
+  each_span(start, [&](const SpectrumSums& sums, double seconds) {
+    const std::vector<EnergySums> of_span = by_impact(sums);
+    EnergySums span;
+    for (const EnergySums& bin : of_span) span.add(bin);
+    impact.push_back(span.impact / seconds);
+    count.push_back(span.count / seconds);
+    for (std::size_t k = 0; k < weighty.size(); ++k) of_bin[k].push_back(of_span[weighty[k]].count / seconds);
+  });
+  const auto half = [](const BlockAverage& a) { return a.ci95 ? 0.5 * ((*a.ci95)[1] - (*a.ci95)[0]) : NAN; };
+  const BlockAverage by_energy = block_average(impact), by_count = block_average(count);
+  out.impact_half = half(by_energy);
+  out.collision_half = half(by_count);
+  out.settled = by_energy.settled && by_count.settled;
+  for (std::size_t k = 0; k < weighty.size(); ++k) {
+    const double relative = half(block_average(of_bin[k])) / (whole[weighty[k]].count / out.seconds);
+    if (!(out.widest_bin >= relative)) out.widest_bin = relative;
+  }
+  return out;
 }
 
 std::vector<Headline> CollisionSpectrum::headlines(double start) const {
@@ -215,19 +267,16 @@ std::vector<Headline> CollisionSpectrum::headlines(double start) const {
     for (std::size_t k = static_cast<std::size_t>(ContactClass::collision); k < sums.totals.size(); k += contact_classes) n += sums.totals[k].count;
     return n;
   };
-  for (std::size_t b = ended.first_from(start); b < ended.blocks.size(); ++b) {
-    const auto& block = ended.blocks[b];
-    const double end = b + 1 < ended.blocks.size() ? ended.blocks[b + 1].from : until, seconds = end - block.from;
-    if (seconds < 0.5 * ended.span) continue;
+  each_span(start, [&](const SpectrumSums& span, double seconds) {
     EnergySums sums;
-    for (const EnergySums& t : block.sums.totals) sums.add(t);
+    for (const EnergySums& t : span.totals) sums.add(t);
     rate.push_back(sums.count / seconds);
     impact.push_back(sums.impact / seconds);
     relative.push_back(sums.relative / seconds);
     if (sums.count > 0) mean.push_back(sums.loss() / sums.count);
-    if (const auto middle = median_impact(block.sums)) median.push_back(*middle);
-    if (const double n = short_ones(block.sums); n > 0) duration.push_back(block.sums.contact_time / n);
-  }
+    if (const auto middle = median_impact(span)) median.push_back(*middle);
+    if (const double n = short_ones(span); n > 0) duration.push_back(span.contact_time / n);
+  });
   const auto around = [&](double value, const std::vector<double>& spans) -> std::optional<std::array<double, 2>> {
     const BlockAverage average = block_average(spans);
     if (!average.ci95) return std::nullopt;
@@ -261,6 +310,7 @@ std::vector<Headline> CollisionSpectrum::headlines(double start) const {
     if (const double n = short_ones(w.sums); n > 0)
       lines.push_back({"contact_duration", w.sums.contact_time / n, "s", around(w.sums.contact_time / n, duration), "mean, of contacts that ended within the limit of enduring ones"});
   }
+  lines.push_back({"sampled_time", w.seconds, "s", std::nullopt, "over which collisions were counted"});
   lines.push_back({"overlap_peak", w.sums.overlap_peak, "1", std::nullopt, "greatest overlap of a contact over the radius of its smaller particle"});
   lines.push_back({"contact_force_peak", w.sums.force_peak, "N", std::nullopt, "greatest normal force of a contact"});
   return lines;

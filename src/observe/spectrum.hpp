@@ -1,6 +1,7 @@
 // Collision spectra: how often bodies collide at which energy, by pair kind. Every joule that the ledger counts as dissipated in contacts
 // while this watches is found here again: in collisions that ended, or in contacts that still last.
 #pragma once
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include "src/engine/simulation.hpp"
@@ -61,6 +62,9 @@ struct EarlierLoss {
   }
 };
 
+// The first span of time over which collisions are summed: a twentieth of a revolution, or a hundred steps where nothing turns [s].
+double first_span(const ObserverSettings& settings, double time_step);
+
 struct CollisionSpectrum {
   static constexpr double lowest = 1e-12, highest = 1e6;  // of the bins; what lies beyond is in the first or the last [J]
   TimeBlocks<SpectrumSums> ended;
@@ -90,6 +94,18 @@ struct CollisionSpectrum {
   // The impact energy that halves E_i: half of ½ m* v_n² comes from harder impacts [J]; none without impacts.
   std::optional<double> median_impact(const SpectrumSums& sums) const;
 
+  // How well the spectrum is known from `start` [s] on. Half-widths are those of 95 % intervals by the scatter between spans; NaN: too few spans
+  // to tell.
+  struct Precision {
+    double seconds = 0;                               // sampled [s]
+    double impact_rate = 0, impact_half = NAN;        // E_i [W]
+    double collision_rate = 0, collision_half = NAN;  // [1/s]
+    double widest_bin = NAN;                          // the greatest half-width over rate of a bin that matters
+    bool settled = false;                             // the scatter of E_i and of the collisions shows no correlation any more
+  };
+  static constexpr double bin_share = 0.01;  // a bin of impact energy matters if it carries this part of E_i
+  Precision precision(double start) const;
+
   std::vector<Headline> headlines(double start) const;
   std::vector<Table> tables(double start) const;
 
@@ -109,6 +125,11 @@ struct CollisionSpectrum {
  private:
   void count(const Collision& collision, SpectrumSums& sums) const;
   double lesser_radius(const Collision& collision) const;
+  // Calls use(sums, seconds) for each span of the window that is at least half full.
+  template <class Use>
+  void each_span(double start, Use use) const;
+  // Contacts that ended, all pairs together, by bin of impact energy.
+  std::vector<EnergySums> by_impact(const SpectrumSums& sums) const;
 };
 
 // Impact energies of one collision [J].

@@ -41,10 +41,10 @@ struct TimeBlocks {
     blocks.back().from = blocks.back().to = time;
     return blocks.back();
   }
-  // The first block that begins at `time` or later; at least the last half of them stays.
+  // The first block that begins at `time` or later, to the nearest step; at least the last half of them stays.
   std::size_t first_from(double time) const {
     std::size_t first = 0;
-    while (first < blocks.size() / 2 && blocks[first].from < time - 1e-9 * span) ++first;
+    while (first < blocks.size() / 2 && blocks[first].from < time - 0.01 * span) ++first;
     return first;
   }
   Sums total(std::size_t first) const {

@@ -94,6 +94,27 @@ std::vector<Chart> power_chart(const Table& table, const std::vector<Headline>& 
   return {chart};
 }
 
+// E_i and the collisions per second over what was sampled, with their intervals.
+std::vector<Chart> convergence_chart(const Table& table, const std::string& title) {
+  const Column* sampled = find(table, "sampled");
+  Chart chart{"convergence.png", titled("Convergence of the spectrum", title), {}};
+  for (const auto& [key, label] : {std::pair("impact_energy_rate", "E_i [W]"), std::pair("collision_rate", "collisions per second [1/s]")}) {
+    const Column *value = find(table, key), *low = find(table, std::string(key) + "_low"), *high = find(table, std::string(key) + "_high");
+    if (!sampled || !value || !low || !high) return {};
+    Curve curve{"mean so far and its 95 % interval", {}, {}, {}, {}, false};
+    for (std::size_t row = 0; row < value->values.size(); ++row) {
+      if (!std::isfinite(low->values[row])) continue;  // too short to tell
+      curve.x.push_back(sampled->values[row]);
+      curve.y.push_back(value->values[row]);
+      curve.lower.push_back(low->values[row]);
+      curve.upper.push_back(high->values[row]);
+    }
+    if (curve.x.size() < 2) return {};
+    chart.panels.push_back({"time sampled [s]", label, false, false, {curve}});
+  }
+  return {chart};
+}
+
 // Above what is stored, below what went in and where it went.
 std::vector<Chart> energy_chart(const Table& table, const std::string& title) {
   const Column* time = find(table, "time");
@@ -120,6 +141,7 @@ std::vector<Chart> charts_of(const std::vector<Table>& tables, const std::vector
   std::vector<Chart> charts;
   const auto add = [&](const std::vector<Chart>& more) { charts.insert(charts.end(), more.begin(), more.end()); };
   if (const Table* table = find(tables, "spectra")) add(spectrum_chart(*table, title));
+  if (const Table* table = find(tables, "convergence")) add(convergence_chart(*table, title));
   if (const Table* table = find(tables, "power")) add(power_chart(*table, headlines, title));
   if (const Table* table = find(tables, "energy")) add(energy_chart(*table, title));
   return charts;

@@ -27,7 +27,7 @@ struct Chart {
   std::vector<Panel> panels;  // one above the other
 };
 
-// The charts that the tables allow, of: spectrum, power, energy. Headline numbers give means with their intervals.
+// The charts that the tables allow, of: spectrum, convergence, power, energy. Headline numbers give means with their intervals.
 std::vector<Chart> charts_of(const std::vector<Table>& tables, const std::vector<Headline>& headlines, const std::string& title);
 
 }  // namespace quern

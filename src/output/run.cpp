@@ -147,6 +147,18 @@ std::string aftermath(double time, std::optional<double> last_checkpoint) {
   return stopped + fmt::format(", and --resume goes on from the checkpoint at t = {:.6g} s once this is put right.", *last_checkpoint);
 }
 
+// Why a run that was to end when the spectrum is known well enough has ended; empty where that was not asked for.
+std::string of_convergence(const Observers& observers, double time) {
+  const ObserverSettings& asked = observers.settings;
+  if (asked.stop_at_interval <= 0 && asked.stop_at_bin_interval <= 0) return "";
+  std::string wanted;
+  if (asked.stop_at_interval > 0) wanted += fmt::format("observe.stop_at_interval = {:g}", asked.stop_at_interval);
+  if (asked.stop_at_bin_interval > 0) wanted += fmt::format("{}observe.stop_at_bin_interval = {:g}", wanted.empty() ? "" : ", ", asked.stop_at_bin_interval);
+  const std::string widths = observers.convergence.widths();
+  if (observers.convergence.reached) return fmt::format("Ended at t = {:.6g} s, as the spectrum is known well enough ({}): {}.", time, wanted, widths);
+  return fmt::format("Reached its duration before the spectrum was known well enough ({}){}{}.", wanted, widths.empty() ? "" : ": ", widths);
+}
+
 std::string listed(const std::vector<std::string>& words) {
   std::string out;
   for (std::size_t k = 0; k < words.size(); ++k) out += (k == 0 ? "" : k + 1 == words.size() ? " and " : ", ") + words[k];
@@ -261,11 +273,11 @@ RunSummary run_simulation(Simulation& s, Observers& observers, const OutputSetti
   std::string failure, unwritten;
   const std::int64_t first_step = s.clock.step;
   try {
-    while (s.clock.step < last_step) {
+    while (s.clock.step < last_step && !observers.convergence.reached) {
       s.step();
       observers.see(s);
       const double time = s.clock.time();
-      const bool last = s.clock.step >= last_step, sample = energy_due.due(time, dt), frame = frame_due.due(time, dt);
+      const bool last = s.clock.step >= last_step || observers.convergence.reached, sample = energy_due.due(time, dt), frame = frame_due.due(time, dt);
       const bool check = s.clock.step % steps_between_checks == 0;
       if (sample || frame || last || check) {
         s.measure_energy();
@@ -292,7 +304,7 @@ RunSummary run_simulation(Simulation& s, Observers& observers, const OutputSetti
     failure = fmt::format("at t = {:.6g} s: the memory of this machine is not enough; fewer particles or frames need less", s.clock.time());
   }
   progress.end();
-  summary.finished = failure.empty() && unwritten.empty() && s.clock.step >= last_step;
+  summary.finished = failure.empty() && unwritten.empty() && (s.clock.step >= last_step || observers.convergence.reached);
   summary.time = s.clock.time();
   summary.steps = s.clock.step - first_step;
   summary.wall_clock = progress.wall_clock();
@@ -317,7 +329,10 @@ RunSummary run_simulation(Simulation& s, Observers& observers, const OutputSetti
     summary.remarks.push_back(fmt::format("Stopped at t = {:.6g} s by {}; {} holds its state, and --resume goes on from it.", summary.time,
                                           summary.stopped_by == SIGINT ? "^C" : std::string("SIG") + sigabbrev_np(summary.stopped_by),
                                           checkpoint_path));
-  if (summary.finished) remove_checkpoints(checkpoint_path);
+  if (summary.finished) {
+    remove_checkpoints(checkpoint_path);
+    if (const std::string remark = of_convergence(observers, s.clock.time()); !remark.empty()) summary.remarks.push_back(remark);
+  }
   return summary;
 }
 
