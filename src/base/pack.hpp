@@ -341,5 +341,15 @@ QUERN_INLINE void pick(const Index* from, unsigned mask, Index* to) {
   }
 #endif
 }
+QUERN_INLINE void pick(const double* from, unsigned mask, double* to) {
+#if defined(__AVX512F__)
+  store(to, Pack(_mm512_maskz_compress_pd(static_cast<__mmask8>(mask), load(from).v)));
+#else
+  for (int k = 0; k < lanes; ++k) {
+    *to = from[k];
+    to += mask >> k & 1u;
+  }
+#endif
+}
 
 }  // namespace quern::QUERN_ISA

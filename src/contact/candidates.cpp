@@ -77,6 +77,29 @@ std::vector<Index> group_by_block(std::vector<HaloRow>& halo, Index block_size) 
   return place;
 }
 
+// The image of `other` that is nearest to a place.
+Index nearest_image(const Domain& domain, const Quad& here, const Quad& other) {
+  const double apart[3] = {here.x - other.x, here.y - other.y, here.z - other.z};
+  Index image = Domain::itself;
+  for (int axis = 0, weight = 1; axis < 3; ++axis, weight *= 3)
+    image += weight * static_cast<Index>(std::nearbyint(apart[axis] * domain.inverse(axis)));
+  return image;
+}
+
+// Lists a block's bonds; a grain in the halo is named by its place there before it is grouped by block.
+void fill_bonds(const SearchRequest& request, const std::vector<BondRow>& bonds, HaloPlaces& places, ContactBlock& block) {
+  block.bonds.clear();
+  const Particles& particles = *request.particles;
+  for (const BondRow& bond : bonds) {
+    if (!bond.intact) continue;
+    const Index image = nearest_image(*request.domain, particles.position[at(bond.low)], particles.position[at(bond.high)]);
+    const bool mine = bond.high < block.last && image == Domain::itself;
+    const Index low = 4 * (bond.low - block.first);
+    const Index high = 4 * (mine ? bond.high - block.first : block.size() + places.place({bond.high, image}, block.halo));
+    block.bonds.push(request.bonds->list[at(bond.bond)], bond.bond, bond.first_is_low ? low : high, bond.first_is_low ? high : low);
+  }
+}
+
 // Scratch memory that outlives a call.
 struct Scratch {
   Found found;
@@ -92,7 +115,7 @@ std::vector<KeptContact> kept_contacts(const ContactBlock& block) {
   return kept;
 }
 
-void find_candidates(const SearchRequest& request, const std::vector<KeptContact>& kept, ContactBlock& block) {
+void find_candidates(const SearchRequest& request, const std::vector<KeptContact>& kept, const std::vector<BondRow>& bonds, ContactBlock& block) {
   thread_local Scratch scratch;
   const Particles& particles = *request.particles;
   const Index own = block.size();
@@ -100,15 +123,20 @@ void find_candidates(const SearchRequest& request, const std::vector<KeptContact
   block.halo.clear();
   for (CandidateList& list : block.candidates) {
     for (std::vector<Index>* indices : {&list.first, &list.second, &list.slot}) indices->clear();
+    list.overlap_at_rest.clear();
     list.count = 0;
   }
-  std::size_t next = 0;  // of `kept`
+  const std::size_t pair_kinds = block.walls.size();  // lists beyond these are of pairs with an overlap at rest
+  std::size_t next = 0;       // of `kept`
+  std::size_t next_bond = 0;  // of `bonds`
   for (Index i = block.first; i < block.last; ++i) {
     const Quad here = particles.position[at(i)];
     scratch.found.count = 0;
     for (const CellGrid& grid : *request.grids) request.kernels->find_near(*request.domain, grid, here, request.skin, i, scratch.found);
     const std::size_t inherit = next;
     while (next < kept.size() && kept[next].first == i) ++next;
+    const std::size_t first_bond = next_bond;
+    while (next_bond < bonds.size() && bonds[next_bond].low == i) ++next_bond;
     const std::uint8_t* kinds = request.pair_kind + particles.material[at(i)] * request.material_count;
     for (Index k = 0; k < scratch.found.count; ++k) {
       const HaloRow other = {scratch.found.row[at(k)], scratch.found.image[at(k)]};
@@ -117,12 +145,19 @@ void find_candidates(const SearchRequest& request, const std::vector<KeptContact
         if (kept[old].second == other.row) slot = kept[old].slot;
       const bool mine = other.row < block.last && other.image == Domain::itself;
       const Index local = mine ? other.row - block.first : own + scratch.places.place(other, block.halo);
-      CandidateList& list = block.candidates[kinds[particles.material[at(other.row)]]];
+      std::size_t kind = kinds[particles.material[at(other.row)]];
+      const BondRow* rests = nullptr;
+      for (std::size_t b = first_bond; b < next_bond; ++b)
+        if (bonds[b].high == other.row && bonds[b].overlap > 0) rests = &bonds[b];
+      if (rests) kind += pair_kinds;
+      CandidateList& list = block.candidates[kind];
+      if (rests) list.overlap_at_rest.push_back(rests->overlap);
       list.first.push_back(4 * (i - block.first));
       list.second.push_back(4 * local);
       list.slot.push_back(slot);
     }
   }
+  fill_bonds(request, bonds, scratch.places, block);
   const std::vector<Index> place = group_by_block(block.halo, request.block_size);
   for (CandidateList& list : block.candidates) {
     list.count = static_cast<Index>(list.first.size());
@@ -131,7 +166,13 @@ void find_candidates(const SearchRequest& request, const std::vector<KeptContact
     list.first.resize(list.first.size() + list_padding, 0);
     list.second.resize(list.second.size() + list_padding, 0);
     list.slot.resize(list.slot.size() + list_padding, -1);
+    if (!list.overlap_at_rest.empty()) list.overlap_at_rest.resize(list.slot.size(), 0);
   }
+  for (BondBatch& batch : block.bonds.batches)
+    for (Index* offsets : {batch.first, batch.second})
+      for (int lane = 0; lane < bonds_per_batch; ++lane)
+        if (offsets[lane] >= 4 * own) offsets[lane] = 4 * (own + place[at(offsets[lane] / 4 - own)]);
+  block.bonds.close(4 * (own + static_cast<Index>(block.halo.size())));
   block.load.resize(at(own) + block.halo.size() + 2);
 }
 

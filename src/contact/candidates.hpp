@@ -21,10 +21,12 @@ struct SearchRequest {
   Index material_count, block_size;
   double skin;                    // [m]
   const Kernels* kernels;
+  const Bonds* bonds;
 };
 
-// Fills block.candidates and block.halo with all pairs nearer than touching by the skin; `kept` pairs take their slots along.
-void find_candidates(const SearchRequest& request, const std::vector<KeptContact>& kept, ContactBlock& block);
+// Fills block.candidates and block.halo with all pairs nearer than touching by the skin; `kept` pairs take their slots along. The
+// block's bonds go into block.bonds, and their grains into the halo however far they are.
+void find_candidates(const SearchRequest& request, const std::vector<KeptContact>& kept, const std::vector<BondRow>& bonds, ContactBlock& block);
 
 // Tells each block which halos hold particles of it, and where its own halo lies.
 void link_halos(std::vector<ContactBlock>& blocks, Index block_size);

@@ -5,6 +5,7 @@
 #pragma once
 #include <cstddef>
 #include <vector>
+#include "bonds/bond_list.hpp"
 #include "src/contact/laws.hpp"
 #include "src/particle/particles.hpp"
 
@@ -59,11 +60,12 @@ struct WallTouch {
 struct CandidateList {
   std::vector<Index> first, second;  // offsets; `first` is the block's own and ascends
   std::vector<Index> slot;           // into the memory of contacts; −1: not touching
+  std::vector<double> overlap_at_rest;  // empty, or where each contact begins: pairs that were bonded while they overlapped [m]
   Index count = 0;                   // the vectors are longer by padding
 
   template <class A>
   void archive(A& a) {
-    a(first, second, slot, count);
+    a(first, second, slot, overlap_at_rest, count);
   }
 };
 
@@ -103,6 +105,8 @@ struct StepSums {
   double rolling_loss = 0;     // [J]
   double wall_work = 0;        // done by the walls on the particles in this step [J]
   double field_work = 0;       // done by the fields in this step [J]
+  double bond_energy = 0;      // stored in bonds now [J]
+  double bond_power = 0;       // that the damping of bonds takes now [W]
   Index pair_contacts = 0, wall_contacts = 0;
 };
 
@@ -116,11 +120,13 @@ inline constexpr Index list_padding = 8;
 
 struct ContactBlock {
   Index first = 0, last = 0;               // rows of the particle arrays
-  std::vector<CandidateList> candidates;   // by pair kind
+  std::vector<CandidateList> candidates;   // by pair kind; then, where any pair has an overlap at rest, those pairs by pair kind
   std::vector<HaloRow> halo;               // grouped by block, ascending
   std::vector<Load> load;                  // on the block's own particles, on its halo, and on the two idle ones, in this step
   std::vector<Incoming> incoming;          // whose halo holds particles of this block, in the order of the blocks
   std::vector<Index> outgoing;             // the blocks that the halo lies in
+
+  BondList bonds;
 
   std::vector<WallCandidate> wall_candidates;
   std::vector<Index> triangles;

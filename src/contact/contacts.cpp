@@ -28,7 +28,7 @@ Triple<double> wrap_positions(Particles& particles, const Domain& domain) {
   return moved;
 }
 
-std::vector<ContactBlock> empty_blocks(const Contacts& contacts, Index particles, std::size_t pair_kinds, std::size_t walls) {
+std::vector<ContactBlock> empty_blocks(const Contacts& contacts, Index particles, std::size_t pair_kinds, std::size_t walls, bool overlaps_at_rest) {
   const Index count = std::max<Index>(1, (particles + contacts.block_size - 1) / contacts.block_size);
   std::vector<ContactBlock> blocks(at(count));
   for (Index b = 0; b < count; ++b) {
@@ -38,11 +38,15 @@ std::vector<ContactBlock> empty_blocks(const Contacts& contacts, Index particles
     block.records = contacts.records;
     block.rolls = contacts.rolls;
     block.take_slot();  // the scratch row
-    block.candidates.resize(pair_kinds);
+    block.candidates.resize(overlaps_at_rest ? 2 * pair_kinds : pair_kinds);
     block.walls.resize(pair_kinds);
     block.wall_sums.resize(walls);
   }
   return blocks;
+}
+
+bool overlap_at_rest(const Bonds& bonds) {
+  return std::any_of(bonds.list.begin(), bonds.list.end(), [](const Bond& bond) { return bond.overlap > 0; });
 }
 
 // The skin at which a step is cheapest. A narrow one is soon travelled, and a search costs about as much as looking at
@@ -78,8 +82,8 @@ void adapt_skin(Contacts& contacts, const Particles& particles) {
 
 }  // namespace
 
-Triple<double> search_neighbours(Contacts& contacts, Particles& particles, const Domain& domain, const PairKinds& kinds, std::size_t walls,
-                                 const Kernels& kernels, ThreadTeam& team) {
+Triple<double> search_neighbours(Contacts& contacts, Particles& particles, Bonds& bonds, const Domain& domain, const PairKinds& kinds,
+                                 std::size_t walls, const Kernels& kernels, ThreadTeam& team) {
   const Triple<double> moved = wrap_positions(particles, domain);
   if (particles.owned > 0) adapt_skin(contacts, particles);
 
@@ -99,17 +103,18 @@ Triple<double> search_neighbours(Contacts& contacts, Particles& particles, const
       for (Index row = 0; row < particles.size(); ++row) new_row[at(order[at(row)])] = row;
     }
     contacts.block_size = block_size;
-    std::vector<ContactBlock> fresh = empty_blocks(contacts, particles.owned, kinds.count, walls);
+    std::vector<ContactBlock> fresh = empty_blocks(contacts, particles.owned, kinds.count, walls, overlap_at_rest(bonds));
     kept = move_contacts(contacts.blocks, fresh, block_size, new_row);
     contacts.blocks = std::move(fresh);
   } else {
     team.run(static_cast<int>(kept.size()), [&](int b) { kept[static_cast<std::size_t>(b)] = kept_contacts(contacts.blocks[static_cast<std::size_t>(b)]); });
   }
   const std::vector<CellGrid> grids = make_grids(particles, domain, contacts.skin, team);
-  const SearchRequest request{&particles, &domain, &grids, kinds.of, kinds.materials, contacts.block_size, contacts.skin, &kernels};
+  const std::vector<std::vector<BondRow>> block_bonds = bonds_by_block(bonds, particles, domain, contacts.block_size, contacts.blocks.size());
+  const SearchRequest request{&particles, &domain, &grids, kinds.of, kinds.materials, contacts.block_size, contacts.skin, &kernels, &bonds};
   team.run(static_cast<int>(contacts.blocks.size()), [&](int b) {
     const auto k = static_cast<std::size_t>(b);
-    find_candidates(request, kept[k], contacts.blocks[k]);
+    find_candidates(request, kept[k], block_bonds[k], contacts.blocks[k]);
   });
   link_halos(contacts.blocks, contacts.block_size);
   contacts.travelled = contacts.wall_travelled = 0;

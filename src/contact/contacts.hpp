@@ -33,8 +33,8 @@ struct PairKinds {
 
 // Searches the candidate pairs of all particles within the skin, whose width follows from how long the last search served;
 // every so often it sorts the particles in space first. Touching contacts, of pairs and of walls, keep their memory.
-// Positions are brought back into the periodic domain; returns Σ m Δx of those moves [kg m].
-Triple<double> search_neighbours(Contacts& contacts, Particles& particles, const Domain& domain, const PairKinds& kinds, std::size_t walls,
-                                 const Kernels& kernels, ThreadTeam& team);
+// Bonds are handed to the blocks. Positions are brought back into the periodic domain; returns Σ m Δx of those moves [kg m].
+Triple<double> search_neighbours(Contacts& contacts, Particles& particles, Bonds& bonds, const Domain& domain, const PairKinds& kinds,
+                                 std::size_t walls, const Kernels& kernels, ThreadTeam& team);
 
 }  // namespace quern

@@ -36,6 +36,9 @@ struct Kernels {
   //   correct:  v += (a_new − a) dt/2                 (= v + (a + a_new) dt/2)
   // Without velocity-dependent forces this is velocity Verlet to the bit of its rounding; momentum is kept by construction.
   double (*advance)(Particles&, Index first, Index last, double time_step);
+  // Turns the orientations of rows [first, last) by one step; call before `advance`. The spin of the middle of the step acts all
+  // through it: second order, and |q| stays 1 to rounding.
+  void (*turn)(Particles&, Index first, Index last, double time_step);
   // Turns the loads of a block's own particles into accelerations and completes the velocities.
   void (*correct)(Particles&, const ContactBlock&, double time_step, const Triple<double>& gravity);
   // Fills the workspace with a block's particles and halo, and clears their loads.
@@ -44,6 +47,8 @@ struct Kernels {
   // a slot; those that parted end.
   void (*pair_forces)(const StepContext&, const PairLaw&, CandidateList&, ContactBlock&, Workspace&);
   void (*wall_forces)(const StepContext&, const PairLaw&, const ActiveList&, ContactBlock&);
+  // Adds the forces of the block's bonds to its loads; bonds that fail are noted in block.bonds.failures and pull no more.
+  void (*bond_forces)(const StepContext&, ContactBlock&, Workspace&);
   // Appends the particles nearer to particle i than touching by the skin, of greater rows than its own, to `found` (see
   // Found); all those of one grid.
   void (*find_near)(const Domain&, const CellGrid&, const Quad& centre, double skin, Index i, Found&);

@@ -4,6 +4,7 @@
 #include "src/contact/cell_grid.hpp"
 #include "src/contact/kernels.hpp"
 #include "src/contact/workspace.hpp"
+#include "bonds/bond_forces.inl"
 
 namespace quern::QUERN_ISA {
 namespace {
@@ -49,7 +50,8 @@ QUERN_INLINE unsigned later(const Index* rows, Index after) {
 #endif
 }
 
-// Lists the candidates that overlap now in the workspace.
+// Lists the candidates that overlap now in the workspace; where a contact begins at an overlap, by more than that.
+template <bool rests>
 void find_touching(const StepContext& step, CandidateList& list, ContactBlock& block, Workspace& work) {
   const double* position = &work.position[0].x;
   Index active = 0;
@@ -57,7 +59,8 @@ void find_touching(const StepContext& step, CandidateList& list, ContactBlock& b
     const Index *first = list.first.data() + at, *second = list.second.data() + at, *slot = list.slot.data() + at;
     const QuadPack i = gather(position, first), j = gather(position, second);
     const PackTriple apart = i.xyz() - j.xyz();
-    const Pack reach = i.w + j.w;
+    Pack reach = i.w + j.w;
+    if (rests) reach -= load(list.overlap_at_rest.data() + at);
     const unsigned valid = list.count - at >= lanes ? 0xffu : (1u << (list.count - at)) - 1u;
     const unsigned now = bits(dot(apart, apart) < reach * reach) & valid;
     const unsigned changed = (now ^ touched_before(slot)) & valid;
@@ -65,12 +68,14 @@ void find_touching(const StepContext& step, CandidateList& list, ContactBlock& b
     pick(first, now, work.first.data() + active);
     pick(second, now, work.second.data() + active);
     pick(slot, now, work.slot.data() + active);
+    if (rests) pick(list.overlap_at_rest.data() + at, now, work.overlap_at_rest.data() + active);
     active += __builtin_popcount(now);
   }
   const Index idle = 4 * (block.size() + static_cast<Index>(block.halo.size()));
   for (Index k = active; k < active + list_padding; ++k) {
     const auto at = static_cast<std::size_t>(k);
     work.first[at] = idle, work.second[at] = idle + 4, work.slot[at] = 0;
+    if (rests) work.overlap_at_rest[at] = 0;
   }
   work.active = active;
 }
@@ -228,7 +233,9 @@ struct PairBatch {
   Answer answer;
 };
 
-QUERN_INLINE void meet(const Workspace& work, const Index* i, const Index* j, PairBatch& batch) {
+template <bool rests>
+QUERN_INLINE void meet(const Workspace& work, std::size_t at, PairBatch& batch) {
+  const Index *i = work.first.data() + at, *j = work.second.data() + at;
   const double *position = &work.position[0].x, *velocity = &work.velocity[0].x, *spin = &work.spin[0].x;
   const QuadPack xi = gather(position, i), xj = gather(position, j);
   const QuadPack vi = gather(velocity, i), vj = gather(velocity, j);
@@ -239,8 +246,9 @@ QUERN_INLINE void meet(const Workspace& work, const Index* i, const Index* j, Pa
   const Pack lengths = distance * radii, weights = masses * product, reciprocal = Pack(1.0) / (lengths * weights);
   const Pack of_lengths = reciprocal * weights, of_weights = reciprocal * lengths;
   const PackTriple normal = (of_lengths * radii) * apart;
-  const Pack overlap = greater(Pack(0.0), radii - distance);
+  Pack overlap = greater(Pack(0.0), radii - distance);
   const Pack arm_i = xi.w - Pack(0.5) * overlap, arm_j = xj.w - Pack(0.5) * overlap;
+  if (rests) overlap = greater(Pack(0.0), overlap - load(work.overlap_at_rest.data() + at));
   batch.bodies.normal = normal;
   batch.bodies.overlap = overlap;
   const Pack effective_radius = xi.w * xj.w * (of_lengths * distance);
@@ -268,7 +276,7 @@ QUERN_INLINE void pull(const PairBatch& batch, const Index* i, const Index* j, d
 // A chunk of batches goes through each stage together: their square roots and divisions wait for nothing but their own batch, and
 // a processor that looks some hundred instructions ahead works on several batches at a time.
 template <class Law>
-void pair_forces_of(const StepContext& context, const Law& chosen, const Rolling& chosen_rolling, ContactBlock& block, Workspace& work) {
+void pair_forces_of(const StepContext& context, const Law& chosen, const Rolling& chosen_rolling, bool rests, ContactBlock& block, Workspace& work) {
   // Copies that no store can touch stay in registers.
   const StepContext step = context;
   const Law law = chosen;
@@ -284,7 +292,10 @@ void pair_forces_of(const StepContext& context, const Law& chosen, const Rolling
     PairBatch* batch = batches;
     for (Index at = from; at < to; at += lanes) {
       for (int k = 0; k < lanes; ++k) __builtin_prefetch(springs.sliding + 4 * static_cast<std::ptrdiff_t>(work.slot[static_cast<std::size_t>(at + k)]), 1);
-      meet(work, work.first.data() + at, work.second.data() + at, *batch++);
+      if (rests)
+        meet<true>(work, static_cast<std::size_t>(at), *batch++);
+      else
+        meet<false>(work, static_cast<std::size_t>(at), *batch++);
     }
     batch = batches;
     for (Index at = from; at < to; at += lanes, ++batch) carry(step, batch->bodies, springs, work.slot.data() + at, batch->met);
@@ -371,8 +382,12 @@ void wall_forces_of(const StepContext& step, const Law& law, const Rolling& roll
 }
 
 void pair_forces(const StepContext& step, const PairLaw& pair, CandidateList& list, ContactBlock& block, Workspace& work) {
-  find_touching(step, list, block, work);
-  std::visit([&](const auto& law) { pair_forces_of(step, law, pair.rolling, block, work); }, pair.law);
+  const bool rests = !list.overlap_at_rest.empty();
+  if (rests)
+    find_touching<true>(step, list, block, work);
+  else
+    find_touching<false>(step, list, block, work);
+  std::visit([&](const auto& law) { pair_forces_of(step, law, pair.rolling, rests, block, work); }, pair.law);
 }
 
 void wall_forces(const StepContext& step, const PairLaw& pair, const ActiveList& list, ContactBlock& block) {
@@ -383,6 +398,10 @@ void load_block(const StepContext& step, ContactBlock& block, Workspace& work) {
   const Particles& p = *step.particles;
   const auto first = static_cast<std::size_t>(block.first), own = static_cast<std::size_t>(block.size());
   const std::size_t halo = block.halo.size();
+  if (!p.orientation.empty()) {
+    std::memcpy(work.orientation.data(), p.orientation.data() + first, own * sizeof(Quad));
+    for (std::size_t k = 0; k < halo; ++k) work.orientation[own + k] = p.orientation[static_cast<std::size_t>(block.halo[k].row)];
+  }
   std::memcpy(work.position.data(), p.position.data() + first, own * sizeof(Quad));
   std::memcpy(work.velocity.data(), p.velocity.data() + first, own * sizeof(Quad));
   std::memcpy(work.spin.data(), p.spin.data() + first, own * sizeof(Quad));
@@ -515,6 +534,6 @@ void find_near(const Domain& domain, const CellGrid& grid, const Quad& centre, d
 
 #define QUERN_TEXT(x) #x
 #define QUERN_NAME(x) QUERN_TEXT(x)
-const Kernels kernels{QUERN_NAME(QUERN_ISA), advance, correct, load_block, pair_forces, wall_forces, find_near};
+const Kernels kernels{QUERN_NAME(QUERN_ISA), advance, turn, correct, load_block, pair_forces, wall_forces, bond_forces, find_near};
 
 }  // namespace quern::QUERN_ISA

@@ -43,7 +43,7 @@ std::string preamble(const std::string& identity, std::uint64_t length) {
 
 template <class Archive>
 void archive_block(Archive& a, ContactBlock& b) {
-  a(b.first, b.last, b.candidates, b.halo, b.wall_candidates, b.triangles, b.wall_slots, b.wall_normals, b.sliding, b.rolling, b.record,
+  a(b.first, b.last, b.candidates, b.bonds, b.halo, b.wall_candidates, b.triangles, b.wall_slots, b.wall_normals, b.sliding, b.rolling, b.record,
     b.free_slots, b.rolls, b.records);
 }
 
@@ -54,7 +54,7 @@ void archive_contacts(Archive& a, Contacts& c) {
 
 template <class Archive>
 void archive_particles(Archive& a, Particles& p) {
-  a(p.position, p.velocity, p.spin, p.acceleration, p.angular_acceleration, p.material, p.species, p.id, p.owned);
+  a(p.position, p.velocity, p.spin, p.acceleration, p.angular_acceleration, p.material, p.species, p.id, p.orientation, p.owned);
 }
 
 // The line in which two cases differ first, in a few words.
@@ -116,6 +116,7 @@ void archive_state(ArchiveWriter& a, Simulation& s) {
   std::uint64_t blocks = s.contacts.blocks.size();
   a(s.clock, s.ledger, s.reference_energy, s.extent_of_particles);
   archive_particles(a, s.particles);
+  a(s.bonds);
   archive_contacts(a, s.contacts);
   a(blocks);
   for (ContactBlock& block : s.contacts.blocks) archive_block(a, block);
@@ -126,6 +127,7 @@ void archive_state(ArchiveReader& a, Simulation& s) {
   std::uint64_t blocks = 0;
   a(s.clock, s.ledger, s.reference_energy, s.extent_of_particles);
   archive_particles(a, s.particles);
+  a(s.bonds);
   archive_contacts(a, s.contacts);
   a(blocks);
   s.contacts.blocks.assign(static_cast<std::size_t>(blocks), {});

@@ -33,6 +33,7 @@ void advance_particles(Simulation& s) {
   std::vector<double> moved(s.contacts.blocks.size());
   s.team->run(static_cast<int>(moved.size()), [&](int b) {
     const ContactBlock& block = s.contacts.blocks[static_cast<std::size_t>(b)];
+    if (!s.particles.orientation.empty()) s.kernels->turn(s.particles, block.first, block.last, s.clock.time_step);
     moved[static_cast<std::size_t>(b)] = s.kernels->advance(s.particles, block.first, block.last, s.clock.time_step);
   });
   double largest = 0;
@@ -45,7 +46,7 @@ void advance_particles(Simulation& s) {
 }
 
 void search(Simulation& s) {
-  const Triple<double> moved = search_neighbours(s.contacts, s.particles, s.domain, {s.pair_kind.data(), static_cast<Index>(s.materials.size()), s.pair_laws.size()},
+  const Triple<double> moved = search_neighbours(s.contacts, s.particles, s.bonds, s.domain, {s.pair_kind.data(), static_cast<Index>(s.materials.size()), s.pair_laws.size()},
                                                  s.walls.size(), *s.kernels, *s.team);
   s.ledger.field_work -= s.gravity.dot(vec(moved));
   s.team->run(static_cast<int>(s.contacts.blocks.size()),
@@ -57,13 +58,18 @@ void find_forces(Simulation& s, const StepContext& context, ContactBlock& block)
   block.sums = {};
   block.collisions.clear();
   std::fill(block.wall_sums.begin(), block.wall_sums.end(), WallSums{});
-  work.fit(block);
+  work.fit(block, !s.particles.orientation.empty());
   s.kernels->load_block(context, block, work);
   find_wall_touches(context, s.walls, block);
-  for (std::size_t kind = 0; kind < s.pair_laws.size(); ++kind) {
+  const std::size_t kinds = s.pair_laws.size();
+  for (std::size_t kind = 0; kind < kinds; ++kind) {
     s.kernels->pair_forces(context, s.pair_laws[kind], block.candidates[kind], block, work);
     s.kernels->wall_forces(context, s.pair_laws[kind], block.walls[kind], block);
   }
+  for (std::size_t k = kinds; k < block.candidates.size(); ++k)
+    s.kernels->pair_forces(context, s.pair_laws[k - kinds], block.candidates[k], block, work);
+  block.bonds.failures.clear();
+  if (block.bonds.count > 0) s.kernels->bond_forces(context, block, work);
   if (!s.fields.empty())
     block.sums.field_work = context.time_step * apply_fields(s.fields, context.time, s.clock.time_step, s.particles, block.first, block.last, block.load.data());
 }
@@ -102,9 +108,20 @@ void apply_contacts(Simulation& s, const StepContext& context) {
   });
 }
 
+void note_failures(Simulation& s, const ContactBlock& block) {
+  for (BondFailure failure : block.bonds.failures) {
+    Bond& bond = s.bonds.list[at(failure.bond)];
+    bond.state = BondState::broken;
+    failure.first = bond.first, failure.second = bond.second;
+    s.bonds.failures.push_back(failure);
+    s.ledger.bond_failure += failure.energy;
+  }
+}
+
 // Collects what the blocks noted, in their order.
-void gather_sums(Simulation& s) {
+void gather_sums(Simulation& s, double time_step) {
   Contacts& c = s.contacts;
+  const double power_before = c.sums.bond_power;
   c.sums = {};
   c.wall_sums.assign(s.walls.size(), {});
   c.ended.clear();
@@ -115,6 +132,8 @@ void gather_sums(Simulation& s) {
     c.sums.rolling_loss += block.sums.rolling_loss;
     c.sums.wall_work += block.sums.wall_work;
     c.sums.field_work += block.sums.field_work;
+    c.sums.bond_energy += block.sums.bond_energy;
+    c.sums.bond_power += block.sums.bond_power;
     c.sums.pair_contacts += block.sums.pair_contacts;
     c.sums.wall_contacts += block.sums.wall_contacts;
     for (std::size_t w = 0; w < s.walls.size(); ++w) {
@@ -122,6 +141,7 @@ void gather_sums(Simulation& s) {
       c.wall_sums[w].torque = c.wall_sums[w].torque + block.wall_sums[w].torque;
     }
     c.ended.insert(c.ended.end(), block.collisions.begin(), block.collisions.end());
+    note_failures(s, block);
   }
   for (std::size_t w = 0; w < s.walls.size(); ++w) {
     s.walls[w].force = c.wall_sums[w].force;
@@ -131,6 +151,8 @@ void gather_sums(Simulation& s) {
   s.ledger.normal_loss += c.sums.normal_loss;
   s.ledger.sliding_loss += c.sums.sliding_loss;
   s.ledger.rolling_loss += c.sums.rolling_loss;
+  s.ledger.bond_energy = c.sums.bond_energy;
+  s.ledger.bond_loss += 0.5 * time_step * (power_before + c.sums.bond_power);
   s.ledger.wall_work += c.sums.wall_work;
   s.ledger.field_work += c.sums.field_work;
   s.ledger.throughput += std::abs(c.sums.wall_work);
@@ -160,7 +182,7 @@ void Simulation::start(bool record_collisions) {
   standing.time_step = 0;
   apply_contacts(*this, standing);
   ledger = {};
-  gather_sums(*this);
+  gather_sums(*this, 0);
   measure_energy();
   ledger.stored_at_start = ledger.stored();
   reference_energy = {ledger.kinetic, ledger.potential};
@@ -181,7 +203,7 @@ void Simulation::step() {
     extent_of_particles = extent_of(particles);
   }
   apply_contacts(*this, context());
-  gather_sums(*this);
+  gather_sums(*this, clock.time_step);
 }
 
 std::array<double, 2> Simulation::kinetic_and_potential() const {

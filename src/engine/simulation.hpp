@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 #include <vector>
+#include "bonds/bonds.hpp"
 #include "mills/frame.hpp"
 #include "src/base/domain.hpp"
 #include "src/base/threads.hpp"
@@ -39,6 +40,7 @@ struct Simulation {
   Vec3 gravity{0, 0, -9.81};              // [m/s²]
   std::vector<Field> fields;              // all others
   Particles particles;
+  Bonds bonds;                            // between particles; made before start()
   Contacts contacts;
   Clock clock;
   Ledger ledger;

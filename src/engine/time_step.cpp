@@ -33,6 +33,42 @@ struct Search {
   }
 };
 
+// Stiffness that a grain's bonds oppose to its motion and to its turning.
+struct BondedStiffness {
+  double translation = 0, rotation = 0;  // [N/m], [N m/rad]
+};
+
+void consider_bonds(const Simulation& s, Search& search) {
+  if (s.bonds.empty()) return;
+  std::map<Index, std::size_t> row_of;
+  for (std::size_t row = 0; row < s.particles.id.size(); ++row) row_of[s.particles.id[row]] = row;
+  std::vector<BondedStiffness> stiffness(s.particles.id.size());
+  for (const Bond& bond : s.bonds.list) {
+    if (bond.state != BondState::intact) continue;
+    const double square = bond.radius * bond.radius, area = std::numbers::pi * square;
+    const double normal = bond.normal_stiffness * area, shear = bond.shear_stiffness * area;
+    for (const Index id : {bond.first, bond.second}) {
+      BondedStiffness& sum = stiffness[row_of.at(id)];
+      sum.translation += std::max(normal, shear);
+      sum.rotation += std::max(normal * square / 4, shear * square / 2) + shear * bond.length * bond.length / 4;
+    }
+  }
+  double shifting = 1e300, turning = 1e300;
+  Index shifted = 0, turned = 0;
+  for (std::size_t row = 0; row < stiffness.size(); ++row) {
+    if (stiffness[row].translation == 0) continue;
+    const double shift = std::sqrt(s.particles.velocity[row].w / stiffness[row].translation);
+    const double turn = std::sqrt(s.particles.spin[row].w / stiffness[row].rotation);
+    if (shift < shifting) shifting = shift, shifted = s.particles.id[row];
+    if (turn < turning) turning = turn, turned = s.particles.id[row];
+  }
+  if (shifting < 1e300)
+    search.offer(0.4 * shifting, 0.2 * shifting, fmt::format("0.4 √(m/Σk) = 0.4 × {:.3g} s of grain {} among its bonds", shifting, shifted));
+  if (turning < 1e300)
+    search.offer(0.4 * turning, 0.2 * turning,
+                 fmt::format("0.4 √(I/Σk_rot) = 0.4 × {:.3g} s of grain {}, which its bonds keep from turning", turning, turned));
+}
+
 }  // namespace
 
 double rayleigh_time(double radius, const Material& material) {
@@ -77,6 +113,7 @@ TimeStepLimit time_step_limit(const Simulation& s, double speed, double fraction
     for (const auto& [b, second] : by_material) consider(a, first, b, &second);
     for (const Wall& wall : s.walls) consider(a, first, wall.material, nullptr);
   }
+  consider_bonds(s, search);
   if (search.found.limit == 0) search.found = {1e-3, 1e-3, "no particles yet: 1 ms"};
   search.found.recommended = std::min(search.found.recommended, search.found.limit);
   return search.found;

@@ -16,6 +16,8 @@ struct TimeStepLimit {
 //   all laws:      a twentieth of the shortest head-on collision at `speed` [m/s] through the law itself; a fortieth is recommended
 //   damped laws:   a fifth of m*/c, the time in which the dashpot alone stops the approach; a fifteenth is recommended
 //   linear laws:   0.2 √(m/k) of the lightest particle (S0 eq. 14)
+//   bonds:         √(m/Σk) and √(I/Σk_rot) of each grain over its bonds (S2 eq. 1.14–1.15): 0.4 of the least; 0.2 is recommended. A
+//                  velocity Verlet step becomes unstable at √2 of it, where all of a grain's neighbours move against it.
 TimeStepLimit time_step_limit(const Simulation& simulation, double speed, double fraction = 0.2);
 
 double rayleigh_time(double radius, const Material& material);

@@ -29,7 +29,7 @@ namespace {
 double taken_up(const Simulation& simulation) {
   const auto [kinetic, potential] = simulation.kinetic_and_potential();
   const Ledger& ledger = simulation.ledger;
-  return ledger.dissipated() + kinetic + potential + ledger.elastic - ledger.field_work;
+  return ledger.dissipated() + kinetic + potential + ledger.elastic + ledger.bond_energy - ledger.field_work;
 }
 
 }  // namespace

@@ -12,11 +12,14 @@ constexpr Entry entries[] = {
     {"kinetic", "kinetic energy of the particles, translation and rotation", [](const Ledger& l) { return l.kinetic; }},
     {"potential", "potential energy of gravity", [](const Ledger& l) { return l.potential; }},
     {"elastic", "stored in the springs of the contacts", [](const Ledger& l) { return l.elastic; }},
+    {"bond_energy", "stored in bonds", [](const Ledger& l) { return l.bond_energy; }},
     {"wall_work", "done by moving walls on the particles since the start", [](const Ledger& l) { return l.wall_work; }},
     {"field_work", "done by fields other than gravity since the start", [](const Ledger& l) { return l.field_work; }},
     {"normal_loss", "dissipated by contact damping along the normal since the start", [](const Ledger& l) { return l.normal_loss; }},
     {"sliding_loss", "dissipated by friction and tangential damping since the start", [](const Ledger& l) { return l.sliding_loss; }},
     {"rolling_loss", "dissipated by rolling resistance since the start", [](const Ledger& l) { return l.rolling_loss; }},
+    {"bond_loss", "dissipated by the damping of bonds since the start", [](const Ledger& l) { return l.bond_loss; }},
+    {"bond_failure", "released by bonds that failed since the start", [](const Ledger& l) { return l.bond_failure; }},
     {"gap", "work done − stored − dissipated: what the bookkeeping misses", [](const Ledger& l) { return l.gap(); }},
 };
 

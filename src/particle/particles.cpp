@@ -2,6 +2,11 @@
 #include <numbers>
 
 namespace quern {
+namespace {
+
+constexpr Quad unturned{0, 0, 0, 1};
+
+}  // namespace
 
 Index Particles::add_sphere(const Triple<double>& centre, double r, double density, std::uint8_t material_index, std::uint8_t species_index) {
   const double m = 4.0 / 3.0 * std::numbers::pi * r * r * r * density;
@@ -13,7 +18,12 @@ Index Particles::add_sphere(const Triple<double>& centre, double r, double densi
   material.push_back(material_index);
   species.push_back(species_index);
   id.push_back(size() - 1);
+  if (!orientation.empty()) orientation.push_back(unturned);
   return owned++;
+}
+
+void Particles::keep_orientations() {
+  if (orientation.empty()) orientation.assign(position.size(), unturned);
 }
 
 void Particles::reorder(const std::vector<Index>& order) {
@@ -29,6 +39,7 @@ void Particles::reorder(const std::vector<Index>& order) {
   permute(material);
   permute(species);
   permute(id);
+  if (!orientation.empty()) permute(orientation);
 }
 
 }  // namespace quern

@@ -16,6 +16,9 @@ struct Particles {
   std::vector<std::uint8_t> material;      // index into the materials
   std::vector<std::uint8_t> species;       // index into the species
   std::vector<Index> id;                   // stable name: order of insertion
+  // Unit quaternions that turn a particle's own axes into the fixed ones (x, y, z, companion: the scalar part). Empty unless something,
+  // bonds for one, needs to know how particles have turned.
+  std::vector<Quad> orientation;
   Index owned = 0;
 
   Index size() const { return static_cast<Index>(position.size()); }
@@ -24,6 +27,9 @@ struct Particles {
 
   // Appends a solid sphere at rest and returns its row. [m], [kg/m³]
   Index add_sphere(const Triple<double>& centre, double radius, double density, std::uint8_t material_index, std::uint8_t species_index);
+
+  // From now on particles have an orientation; those that had none stand unturned.
+  void keep_orientations();
 
   // Row k becomes what row order[k] was.
   void reorder(const std::vector<Index>& order);
