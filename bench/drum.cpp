@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <fstream>
 #include <string>
+#include "bench/agglomerate.hpp"
 #include "bench/scene.hpp"
 #include "src/base/error.hpp"
 
@@ -38,6 +39,7 @@ void advance(quern::Simulation& s, std::int64_t steps) {
 }
 
 State settled_state(Options o) {
+  if (o.work == "agglomerate") return agglomerate_state(o.balls);
   const std::int64_t copies = o.work == "drum" ? o.copies : 1;
   o.balls /= copies;
   const auto settle = [&o](const State& from, double time) {
@@ -53,7 +55,8 @@ void run(const Options& o) {
   const State start = o.start.empty() ? settled_state(o) : read_state(o.start);
   if (!o.write.empty()) write_state(start, o.write);
   if (o.steps == 0) return;
-  quern::Simulation s = make_scene(o, start);
+  double gap = 0;
+  quern::Simulation s = o.work == "agglomerate" ? make_agglomerate(o, start, gap) : make_scene(o, start);
   Means means;
   advance(s, o.warm);
   const std::int64_t searches = s.contacts.searches;
@@ -74,6 +77,10 @@ void run(const Options& o) {
   fmt::print("kinetic {:.6g} J\n", means.kinetic / means.count);
   fmt::print("contacts {:.5g} per ball\n", means.contacts / means.count);
   fmt::print("torque {:.6g} Nm\n", means.torque / means.count);
+  if (!s.bonds.empty()) {
+    fmt::print("bonds {:.6g} per grain, {:.6g} mm of gap at most\n", static_cast<double>(s.bonds.list.size()) / balls, 1e3 * gap);
+    fmt::print("damage {:.4g} of the bonds\n", s.bonds.damage());
+  }
   fmt::print("closure {:.2e}\n", s.ledger.closure());
   fmt::print("memory {:.4g} bytes per ball\n", peak_memory() / balls);
 }

@@ -5,8 +5,8 @@ namespace bench {
 
 Options read_options(int argc, char** argv) {
   Options o;
-  CLI::App app{"Times quern's engine on a rotating drum or a resting bed of 10 mm balls"};
-  app.add_option("--work", o.work, "drum or bed")->check(CLI::IsMember({"drum", "bed"}))->capture_default_str();
+  CLI::App app{"Times quern's engine on a rotating drum, a resting bed of 10 mm balls, or an agglomerate that hits a wall"};
+  app.add_option("--work", o.work, "drum, bed or agglomerate")->check(CLI::IsMember({"drum", "bed", "agglomerate"}))->capture_default_str();
   app.add_option("--balls", o.balls, "number of balls")->check(CLI::PositiveNumber)->capture_default_str();
   app.add_option("--threads", o.threads, "threads")->check(CLI::PositiveNumber)->capture_default_str();
   app.add_option("--steps", o.steps, "timed steps")->check(CLI::NonNegativeNumber)->capture_default_str();

@@ -6,7 +6,7 @@
 namespace bench {
 
 struct Options {
-  std::string work = "drum";    // drum: rotating, periodic along its axis; bed: resting, periodic sideways
+  std::string work = "drum";    // drum: rotating, periodic along its axis; bed: resting, periodic sideways; agglomerate: bonded, hits a wall
   std::int64_t balls = 10000;
   int threads = 1;
   std::int64_t steps = 1000;    // timed

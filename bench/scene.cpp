@@ -123,6 +123,13 @@ State repeated(const State& state, std::int64_t copies) {
   return result;
 }
 
+void use_machine(const Options& options, Simulation& s) {
+  s.team = std::make_shared<ThreadTeam>(options.threads);
+  if (options.isa.empty()) return;
+  s.kernels = find_kernels(options.isa.c_str());
+  if (!s.kernels) throw InputError(fmt::format("this processor has no '{}'", options.isa));
+}
+
 Simulation make_scene(const Options& options, const State& state) {
   Simulation s;
   const Material steel{"ball", state.density, young, poisson};
@@ -133,11 +140,7 @@ Simulation make_scene(const Options& options, const State& state) {
   s.domain = domain_of(options, state);
   s.gravity = gravity_of(options);
   s.clock.time_step = time_step;
-  s.team = std::make_shared<ThreadTeam>(options.threads);
-  if (!options.isa.empty()) {
-    s.kernels = find_kernels(options.isa.c_str());
-    if (!s.kernels) throw InputError(fmt::format("this processor has no '{}'", options.isa));
-  }
+  use_machine(options, s);
   if (is_drum(options)) {
     s.frames = {{"turning", -1, Rotating{Vec3::Zero(), Vec3::UnitZ(), drum_speed()}}};
     s.walls = {drum_wall(options, state.upper.z())};

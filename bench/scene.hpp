@@ -1,4 +1,4 @@
-// The two works of the benchmark, built straight on the library. All codes get these numbers.
+// The first two works of the benchmark, built straight on the library. All codes get these numbers.
 #pragma once
 #include "bench/options.hpp"
 #include "bench/state.hpp"
@@ -31,5 +31,8 @@ State repeated(const State& state, std::int64_t copies);
 // A simulation that begins with this state; started.
 quern::Simulation make_scene(const Options& options, const State& state);
 State state_of(const quern::Simulation& simulation, const State& like);
+
+// Threads and instruction set. Throws InputError if this processor lacks the latter.
+void use_machine(const Options& options, quern::Simulation& simulation);
 
 }  // namespace bench
