@@ -18,12 +18,6 @@ std::vector<Touch> touches_of(const Mesh& mesh, const Vec3& centre, double radiu
   return {touches, touches + count};
 }
 
-Mesh moved(const Mesh& mesh, const Pose& pose) {
-  std::vector<Vec3> vertices;
-  for (const Vec3& v : mesh.vertices) vertices.push_back(pose.to_fixed(v));
-  return make_mesh(vertices, mesh.triangles);
-}
-
 // One touch, where the plane z = 0 has it.
 void check_like_plane(const std::vector<Touch>& touches, const Vec3& centre, double radius) {
   REQUIRE(touches.size() == 1);

@@ -7,6 +7,7 @@
 #include "src/contact/linearize.hpp"
 #include "src/contact/restitution.hpp"
 #include "src/particle/packing.hpp"
+#include "src/wall/mesh_shapes.hpp"
 #include "src/wall/stl.hpp"
 
 namespace quern {
@@ -97,7 +98,7 @@ void make_laws(const Case& c, Simulation& s) {
 // `vial`: of a planetary mill.
 Region region_of(const InsertCase& insert, const Case& c, int vial) {
   Region region;
-  if (insert.shape == InsertCase::Shape::mill) return c.planetary ? inside_of(*c.planetary, vial) : inside_of(*c.mill);
+  if (insert.shape == InsertCase::Shape::mill) return c.planetary ? inside_of(*c.planetary, vial) : c.stirred ? inside_of(*c.stirred) : inside_of(*c.mill);
   region.pose.origin = insert.centre;
   switch (insert.shape) {
     case InsertCase::Shape::box: region.shape = BoxRegion{-0.5 * insert.size, 0.5 * insert.size}; break;
@@ -137,6 +138,13 @@ void refuse_overlaps(const InsertCase& insert, double allowed, const Simulation&
     refuse(insert.where, "insert." + insert.name, fmt::format("found particles that overlap each other or a wall by {:.3g} of the smaller radius at the start; allowed is {}", overlap, allowed > tolerated_overlap ? fmt::format("{:g} (allowed_overlap)", allowed) : "none"));
 }
 
+// Of all vials together; 0 without a mill [m³].
+double mill_volume(const Case& c) {
+  if (c.planetary) return c.planetary->vials * volume(*c.planetary);
+  if (c.stirred) return volume(*c.stirred);
+  return c.mill ? volume(*c.mill) : 0.0;
+}
+
 // Listed particles first, since the packed ones make way for them.
 void insert_particles(const Case& c, Simulation& s) {
   double allowed_overlap = 0;
@@ -152,9 +160,7 @@ void insert_particles(const Case& c, Simulation& s) {
     refuse_overlaps(insert, allowed_overlap, s);
   }
   std::vector<bool> done(c.inserts.size());
-  double reference_volume = 0;
-  if (c.mill) reference_volume = volume(*c.mill);
-  if (c.planetary) reference_volume = volume(*c.planetary);
+  const double reference_volume = mill_volume(c) / (c.planetary ? c.planetary->vials : 1);
   for (std::size_t k = 0; k < c.inserts.size(); ++k) {
     const InsertCase& first = c.inserts[k];
     if (done[k] || first.method == InsertCase::Method::list) continue;
@@ -197,9 +203,8 @@ double bulk_volume(const Particles& particles) {
   return sum / (1 - bulk_porosity);
 }
 
-// The greatest speed of approach to reckon with: in a mill, shell against a ball that fell through it (in a vial, by the pull of the disc);
-// otherwise the fastest
-// ball against one like it, after falling through the space the balls take up.
+// The greatest speed of approach to reckon with: in a mill, shell or stirrer against a ball that fell through it (in a vial, by the pull of
+// the disc); otherwise the fastest ball against one like it, after falling through the space the balls take up.
 double greatest_speed(const Case& c, const Simulation& s) {
   const double g = c.gravity.norm();
   if (c.mill) return 0.5 * c.mill->diameter * std::abs(c.mill->speed) + std::sqrt(2 * g * c.mill->diameter);
@@ -208,6 +213,10 @@ double greatest_speed(const Case& c, const Simulation& s) {
     const double across = mill.tilt == 0 ? mill.vial_diameter : std::hypot(mill.vial_diameter, mill.vial_length);
     const double pull = mill.speed * mill.speed * 0.5 * (mill.disc_diameter + across) + g;
     return 0.5 * mill.vial_diameter * std::abs(turn_at(vial_motion(mill, 0), mill.ramp).speed) + std::sqrt(2 * pull * across);
+  }
+  if (c.stirred) {
+    const StirredMill& mill = *c.stirred;
+    return tip_radius(stirrer_of(s.walls)) * std::abs(mill.speed) + std::sqrt(2 * g * std::hypot(mill.diameter, mill.length));
   }
   double fastest = 0, low = 1e300, high = -1e300;
   for (Index i = 0; i < s.particles.owned; ++i) {
@@ -281,27 +290,40 @@ void fill_observers(const Case& c, Built& built) {
   constexpr Index few = 1000;
   if (o.contact_history && count > few) throw InputError(fmt::format("{}: observe.contact_history: found {} particles; allowed are at most {}.", c.file, count, few));
   o.planetary = c.planetary;
+  if (o.planetary) o.planetary->vessel.reset();
+  if (c.stirred) {
+    const StirredMill& mill = *c.stirred;
+    o.mill = MillAxis{mill.centre, mill.axis.normalized(), mill.speed, 0.5 * mill.diameter, mill.length, 0};
+  }
   if (!c.mill) return;
   o.mill = MillAxis{c.mill->centre, c.mill->axis.normalized(), c.mill->speed, 0.5 * c.mill->diameter, c.mill->length, c.mill->lifters.count > 0 ? c.mill->lifters.height : 0};
 }
 
-Mesh read_vessel(const Case& c) {
+// A closed surface, turned so that its free side is inside (a vessel) or outside (a stirrer), whichever way the file's triangles look.
+Mesh read_part(const Case& c, const MeshFile& file, const std::string& key, FreeSide free_side) {
   try {
     StlReport report;
-    Mesh mesh = read_stl(c.vial_file, c.vial_scale, report);
-    if (!report.closed) throw InputError(fmt::format("found an open surface with {} open edges in {}; allowed is a closed one", report.open_edges, c.vial_file));
-    // The free side is inside, whichever way the file's triangles look.
+    Mesh mesh = read_stl(file.name, file.scale, report);
+    if (!report.closed) throw InputError(fmt::format("found an open surface with {} open edges in {}; allowed is a closed one", report.open_edges, file.name));
     double sixfold_volume = 0;
     for (const auto& t : mesh.triangles) sixfold_volume += mesh.vertices[static_cast<std::size_t>(t[0])].dot(mesh.vertices[static_cast<std::size_t>(t[1])].cross(mesh.vertices[static_cast<std::size_t>(t[2])]));
-    if (sixfold_volume > 0) {
+    if ((sixfold_volume > 0) == (free_side == FreeSide::inside)) {
       std::vector<std::array<Index, 3>> turned = mesh.triangles;
       for (auto& t : turned) std::swap(t[1], t[2]);
       mesh = make_mesh(mesh.vertices, std::move(turned));
     }
     return mesh;
   } catch (const InputError& e) {
-    refuse(c.file, "mill.vial_file", e.what());
+    refuse(c.file, key, e.what());
   }
+}
+
+// The case with what its mill takes from files.
+Case with_parts(Case c) {
+  if (!c.vial_file.name.empty()) c.planetary->vessel = read_part(c, c.vial_file, "mill.vial_file", FreeSide::inside);
+  if (!c.vessel_file.name.empty()) c.stirred->vessel = read_part(c, c.vessel_file, "mill.vessel_file", FreeSide::inside);
+  if (!c.stirrer_file.name.empty()) c.stirred->stirrer = read_part(c, c.stirrer_file, "mill.stirrer_file", FreeSide::outside);
+  return c;
 }
 
 // From the fixed frame to the axes of the disc, which coincide at time 0.
@@ -363,7 +385,8 @@ PairLaw law_of(const PairCase& pair, const Material& a, const Material& b, doubl
   return law;
 }
 
-Built build_case(const Case& c) {
+Built build_case(const Case& given) {
+  const Case c = with_parts(given);
   Built built;
   Simulation& s = built.simulation;
   built.warnings = c.warnings;
@@ -372,17 +395,17 @@ Built build_case(const Case& c) {
   s.domain = c.domain;
   s.gravity = c.gravity;
 
-  std::optional<PlanetaryMill> mill = c.planetary;
-  if (mill && !c.vial_file.empty()) mill->vessel = read_vessel(c);
   if (c.mill) s.frames.push_back(frame_of(*c.mill));
-  if (mill) s.frames = frames_of(*mill);
+  if (c.planetary) s.frames = frames_of(*c.planetary);
+  if (c.stirred) s.frames.push_back(frame_of(*c.stirred));
   const auto frame_index = [&](const std::string& name) {
     const auto found = std::find_if(s.frames.begin(), s.frames.end(), [&](const Frame& frame) { return frame.name == name; });
     return name.empty() ? Index{-1} : static_cast<Index>(found - s.frames.begin());
   };
   for (const FrameCase& frame : c.frames) s.frames.push_back({frame.name, frame_index(frame.parent), frame.motion});
   if (c.mill) s.walls = walls_of(*c.mill, 0);
-  if (mill) s.walls = walls_of(*mill, 0);
+  if (c.planetary) s.walls = walls_of(*c.planetary, 0);
+  if (c.stirred) s.walls = walls_of(*c.stirred, 0);
   const std::vector<Pose> poses = poses_at(s.frames, 0);
   for (const WallCase& wall : c.walls) {
     const Index frame = frame_index(wall.frame);
@@ -390,13 +413,12 @@ Built build_case(const Case& c) {
   }
 
   insert_particles(c, s);
-  if (mill && mill->axes == PlanetaryMill::Axes::disc) turn_with_disc(*mill, s);
+  if (c.planetary && c.planetary->axes == PlanetaryMill::Axes::disc) turn_with_disc(*c.planetary, s);
   make_laws(c, s);
   choose_time_step(c, built);
   warn_of_soft_contacts(built);
   fill_observers(c, built);
-  if (c.mill) built.filling = bulk_volume(s.particles) / volume(*c.mill);
-  if (mill) built.filling = bulk_volume(s.particles) / (mill->vials * volume(*mill));
+  if (const double space = mill_volume(c); space > 0) built.filling = bulk_volume(s.particles) / space;
   return built;
 }
 

@@ -5,7 +5,8 @@
 #include <functional>
 #include "src/base/error.hpp"
 #include "src/case/csv.hpp"
-#include "src/case/values.hpp"
+#include "src/case/mill_input.hpp"
+#include "src/case/reading.hpp"
 
 namespace quern {
 namespace {
@@ -13,47 +14,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t most_names = 250;  // indices of materials and species are bytes, 255 means a wall
-
-template <class Named>
-std::vector<std::string> names_of(const std::vector<Named>& list) {
-  std::vector<std::string> names;
-  for (const Named& one : list) names.push_back(one.name);
-  return names;
-}
-
-std::string quoted_list(const std::vector<std::string>& words) {
-  return words.empty() ? "none, as the case has none" : fmt::format("one of {}", fmt::join(words, ", "));
-}
-
-// The index of the name that a key holds.
-std::uint8_t index_of(const Values& v, const std::string& key, const std::vector<std::string>& names, const std::string& kind) {
-  const std::string name = v.text(key);
-  const auto found = std::find(names.begin(), names.end(), name);
-  if (found == names.end()) {
-    const std::string nearest = nearest_word(name, names);
-    v.refuse(key, fmt::format("found \"{}\", which is no {} of this case; allowed is {}.{}", name, kind, quoted_list(names),
-                              nearest.empty() ? "" : " Did you mean " + nearest + "?"));
-  }
-  return static_cast<std::uint8_t>(found - names.begin());
-}
-
-void require(const Values& v, const std::string& table, const std::string& leaf, const std::string& why) {
-  if (!v.has(table + "." + leaf)) {
-    const Key* key = find_key(split_path(table + "." + leaf));
-    v.refuse(table + "." + leaf, fmt::format("this is missing, needed for {}; allowed is {}", why, allowed_by(*key)));
-  }
-}
-
-Vec3 direction(const Values& v, const std::string& key) {
-  const Vec3 d = v.vector(key);
-  if (!(d.norm() > 1e-12)) v.refuse(key, "found a vector of no length; allowed is any direction");
-  return d.normalized();
-}
-
-std::string beside(const Values& v, const std::string& name) {
-  const fs::path path(name);
-  return fs::absolute(path.is_absolute() ? path : fs::path(v.file).parent_path() / path).lexically_normal().string();
-}
 
 std::string default_name(const std::string& file) {
   const fs::path path = fs::absolute(file).lexically_normal();
@@ -306,63 +266,6 @@ InsertCase read_insert(const Values& v, const std::string& name, const std::vect
   return insert;
 }
 
-TumblingMill read_mill(const Values& v, const std::vector<std::string>& materials) {
-  TumblingMill mill;
-  require(v, "mill", "diameter", "a mill");
-  if (v.has("mill.length") == v.has("mill.length_ratio")) v.refuse("mill", "a mill needs length or length_ratio, one of the two");
-  if (v.has("mill.speed") == v.has("mill.speed_fraction")) v.refuse("mill", "a mill needs speed or speed_fraction, one of the two");
-  mill.diameter = v.number("mill.diameter");
-  mill.length = v.has("mill.length") ? v.number("mill.length") : v.number("mill.length_ratio") * mill.diameter;
-  mill.ramp = v.number("mill.ramp");
-  mill.centre = v.vector("mill.centre");
-  if (v.has("mill.axis")) mill.axis = direction(v, "mill.axis");
-  mill.ends = v.text("mill.ends") == "periodic" ? TumblingMill::Ends::periodic : TumblingMill::Ends::walls;
-  if (v.has("mill.material")) mill.material = index_of(v, "mill.material", materials, "material");
-  else if (materials.size() > 1) v.refuse("mill.material", "this is missing; allowed is " + quoted_list(materials));
-  mill.lifters.count = static_cast<int>(v.whole("mill.lifters.count"));
-  if (mill.lifters.count > 0) {
-    require(v, "mill.lifters", "height", "lifters"), require(v, "mill.lifters", "width", "lifters");
-    mill.lifters.height = v.number("mill.lifters.height");
-    mill.lifters.width = v.number("mill.lifters.width");
-    mill.lifters.face_angle = v.number("mill.lifters.face_angle");
-    const std::string shape = v.text("mill.lifters.shape");
-    mill.lifters.shape = shape == "trapezoid" ? Lifters::Shape::trapezoid : shape == "bar" ? Lifters::Shape::bar : Lifters::Shape::rectangular;
-  }
-  return mill;
-}
-
-// The mill's keys that only another kind of mill has (those with a default stand in every complete case).
-void refuse_keys_of_others(const Values& v, const std::string& type, std::initializer_list<const char*> others) {
-  for (const char* key : others)
-    if (v.has(key)) v.refuse(key, fmt::format("a {} mill has none; allowed is to leave it out", type));
-}
-
-PlanetaryMill read_planetary(const Values& v, const std::vector<std::string>& materials, Case& c) {
-  PlanetaryMill mill;
-  for (const char* leaf : {"disc_diameter", "diameter", "length", "speed", "speed_ratio"}) require(v, "mill", leaf, "a planetary mill");
-  mill.disc_diameter = v.number("mill.disc_diameter");
-  mill.vial_diameter = v.number("mill.diameter");
-  mill.vial_length = v.number("mill.length");
-  mill.vials = static_cast<int>(v.whole("mill.vials"));
-  mill.speed = v.number("mill.speed");
-  mill.ratio = v.number("mill.speed_ratio");
-  mill.ratio_to = v.text("mill.speed_ratio_to") == "fixed" ? PlanetaryMill::RatioTo::fixed : PlanetaryMill::RatioTo::disc;
-  mill.ramp = v.number("mill.ramp");
-  mill.tilt = v.number("mill.vial_tilt");
-  mill.centre = v.vector("mill.centre");
-  if (v.has("mill.axis")) mill.axis = direction(v, "mill.axis");
-  mill.axes = v.text("mill.axes") == "disc" ? PlanetaryMill::Axes::disc : PlanetaryMill::Axes::fixed;
-  if (v.has("mill.material")) mill.material = index_of(v, "mill.material", materials, "material");
-  else if (materials.size() > 1) v.refuse("mill.material", "this is missing; allowed is " + quoted_list(materials));
-  if (v.has("mill.vial_file")) c.vial_file = beside(v, v.text("mill.vial_file")), c.vial_scale = v.number("mill.vial_scale");
-  try {
-    check(mill);
-  } catch (const InputError& e) {
-    v.refuse("mill", e.what());
-  }
-  return mill;
-}
-
 ObserverSettings read_observers(const Values& v, Case& c) {
   ObserverSettings o;
   o.start_time = v.number_if("observe.start").value_or(-1);
@@ -436,17 +339,9 @@ Case read_case(const std::string& file, const std::vector<std::string>& override
     c.species.push_back({name, material, v.number_if(t + ".density").value_or(c.materials[material].density), read_sizes(v, t)});
   }
 
+  read_mill(v, materials, c);
   const bool has_mill = v.has_table("mill");
-  std::vector<std::string> carriers;
-  if (has_mill && v.text("mill.type") == "planetary") {
-    refuse_keys_of_others(v, "planetary", {"mill.speed_fraction", "mill.length_ratio", "mill.lifters.height", "mill.lifters.width"});
-    c.planetary = read_planetary(v, materials, c);
-    carriers = names_of(frames_of(*c.planetary));
-  } else if (has_mill) {
-    refuse_keys_of_others(v, "tumbling", {"mill.disc_diameter", "mill.speed_ratio", "mill.vial_file"});
-    c.mill = read_mill(v, materials);
-    carriers = {c.mill->name};
-  }
+  const std::vector<std::string> carriers = mill_frames(c);
   c.frames = read_frames(v, carriers);
   std::vector<std::string> frames = names_of(c.frames);
   frames.insert(frames.end(), carriers.begin(), carriers.end());
@@ -459,24 +354,7 @@ Case read_case(const std::string& file, const std::vector<std::string>& override
     largest = std::max(largest, c.species[insert.species].sizes.largest());
     for (const InsertCase::Ball& ball : insert.balls) largest = std::max(largest, ball.diameter);
   }
-  if (c.mill) {
-    try {
-      c.critical_speed = critical_speed(c.mill->diameter, largest, c.gravity.norm());
-      if (const auto fraction = v.number_if("mill.speed_fraction")) c.mill->speed = *fraction * c.critical_speed;
-      else c.mill->speed = v.number("mill.speed");
-      check(*c.mill);
-    } catch (const InputError& e) {
-      v.refuse("mill", e.what());
-    }
-    c.domain = domain_of(*c.mill);
-  }
-  if (c.planetary) {
-    try {
-      c.critical_speed = critical_ratio(*c.planetary, largest) * std::abs(c.planetary->speed);
-    } catch (const InputError& e) {
-      v.refuse("mill", e.what());
-    }
-  }
+  finish_mill(v, largest, c);
   for (int axis = 0; axis < 3; ++axis) {
     const std::string key = std::string("periodic.") + "xyz"[axis];
     if (!v.has(key)) continue;

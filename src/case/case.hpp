@@ -6,6 +6,7 @@
 #include <vector>
 #include "mills/frame.hpp"
 #include "mills/planetary.hpp"
+#include "mills/stirred.hpp"
 #include "mills/tumbling.hpp"
 #include "src/base/domain.hpp"
 #include "src/contact/rolling.hpp"
@@ -66,6 +67,12 @@ struct WallCase {
   bool open = false;  // mesh: need not be closed
 };
 
+// A part of a mill that an STL file has instead of numbers.
+struct MeshFile {
+  std::string name;  // absolute; "": none
+  double scale = 1;  // [m per unit of the file]
+};
+
 struct InsertCase {
   enum class Method { packing, rain, list };
   enum class Shape { mill, box, cylinder, sphere };
@@ -110,8 +117,8 @@ struct Case {
   std::vector<WallCase> walls;
   std::optional<TumblingMill> mill;
   std::optional<PlanetaryMill> planetary;
-  std::string vial_file;          // of the planetary mill, absolute; "": a cylinder
-  double vial_scale = 1;          // [m per unit of that file]
+  std::optional<StirredMill> stirred;  // of the three at most one
+  MeshFile vial_file, stirrer_file, vessel_file;
   double critical_speed = 0;      // of the mill with the largest ball [rad/s]; planetary: of the vials against the fixed frame; 0 without a mill
   std::vector<InsertCase> inserts;
   Domain domain;                  // the periodic directions of the case; a mill may add one

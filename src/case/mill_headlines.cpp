@@ -39,9 +39,17 @@ std::vector<Headline> planetary_headlines(const Case& c, const Built& built) {
   return lines;
 }
 
+std::vector<Headline> stirred_headlines(const Case& c, const Built& built) {
+  const double speed = c.stirred->speed, tip = tip_radius(stirrer_of(built.simulation.walls));
+  return {{"stirrer_speed", speed, "rad/s", {}, "speed of the stirrer"},
+          {"tip_speed", tip * std::abs(speed), "m/s", {}, "speed of the part of the stirrer that is farthest from its axis"},
+          {"filling", built.filling, "1", {}, "bulk volume of the charge (porosity 0.4) over the volume of the vessel less shaft, discs and pins"}};
+}
+
 }  // namespace
 
 std::vector<Headline> mill_headlines(const Case& c, const Built& built) {
+  if (c.stirred) return stirred_headlines(c, built);
   if (c.planetary) return planetary_headlines(c, built);
   if (!c.mill) return {};
   std::vector<Headline> lines = {{"critical_speed", c.critical_speed, "rad/s", {}, "speed at which the largest ball stays on the shell"},

@@ -90,6 +90,14 @@ int explain(const CheckWords& words) {
     if (mill.tilt == 0)
       fmt::print("            vials {:.4g} rpm against the fixed frame; {:.4g} rpm would keep the largest ball on the shell\n", absolute_ratio(mill) * mill.speed * per_minute, c.critical_speed * per_minute);
   }
+  if (c.stirred) {
+    const StirredMill& mill = *c.stirred;
+    const double per_minute = 60 / (2 * std::numbers::pi);
+    fmt::print("Mill        stirred, vessel {:.4g} mm x {:.4g} mm, filling {:.3g} %\n", 1e3 * mill.diameter, 1e3 * mill.length, 100 * built.filling);
+    const std::string stirrer = c.stirrer_file.name.empty() ? fmt::format("{} discs, {} pins", mill.discs.count, mill.pins.rows * mill.pins.per_row) : c.stirrer_file.name;
+    fmt::print("            stirrer ({}) {:.4g} rpm; {:.3g} m/s at its tip\n", stirrer, mill.speed * per_minute,
+               tip_radius(stirrer_of(s.walls)) * std::abs(mill.speed));
+  }
   const double steps = std::ceil(c.duration / s.clock.time_step);
   fmt::print("Time step   {:.4g} s ({}); the limit is {:.4g} s, {}\n", s.clock.time_step, c.time_step ? "as asked" : "chosen", built.limit.limit, built.limit.reason);
   fmt::print("            greatest speed of approach reckoned with: {:.3g} m/s\n", built.expected_speed);

@@ -36,7 +36,8 @@ constexpr Entry effects[] = {
 constexpr Entry shapes[] = {{"sphere", "species.<name>.diameter, or a size distribution", ""}};
 
 constexpr Entry mills[] = {{"tumbling", "A drum about its axis, with lifters and end walls or as a slice of an endless mill", ""},
-                          {"planetary", "Vials that turn on a turning disc: any speed ratio, axes upright, lying or like spokes, cylinders or STL", ""}};
+                          {"planetary", "Vials that turn on a turning disc: any speed ratio, axes upright, lying or like spokes, cylinders or STL", ""},
+                          {"stirred", "A shaft with discs (with holes) or pins, or an STL stirrer, that turns in a vessel; standing or lying", ""}};
 
 void print_entries(std::span<const Entry> entries) {
   for (const Entry& e : entries) fmt::print("{}\n    {}{}\n", e.name, e.meaning, e.source[0] ? fmt::format(" ({})", e.source) : "");

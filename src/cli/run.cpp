@@ -52,6 +52,11 @@ int run(const RunWords& words) {
   settings.trajectory = c.output.trajectory;
   settings.pictures = c.output.pictures;
   if (c.mill) settings.view_axis = c.mill->axis;
+  if (c.stirred) {
+    // Along the axis of a mill that lies, from the side onto one that stands.
+    const Vec3 axis = c.stirred->axis.normalized();
+    settings.view_axis = axis.cross(c.gravity).norm() > 0.5 * c.gravity.norm() ? axis : pose_of(*c.stirred).axes.col(1).eval();
+  }
   if (c.planetary) settings.view_axis = vial_pose(*c.planetary, 0).axes.col(2);
   settings.headlines = mill_headlines(c, built);
 

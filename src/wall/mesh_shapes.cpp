@@ -59,4 +59,10 @@ Mesh joined(const Mesh& a, const Mesh& b) {
   return make_mesh(std::move(vertices), std::move(triangles));
 }
 
+Mesh moved(const Mesh& mesh, const Pose& pose) {
+  std::vector<Vec3> vertices;
+  for (const Vec3& vertex : mesh.vertices) vertices.push_back(pose.to_fixed(vertex));
+  return make_mesh(std::move(vertices), mesh.triangles);
+}
+
 }  // namespace quern

@@ -1,0 +1,32 @@
+// What the readers of a case's parts share.
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+#include "src/case/values.hpp"
+
+namespace quern {
+
+template <class Named>
+std::vector<std::string> names_of(const std::vector<Named>& list) {
+  std::vector<std::string> names;
+  for (const Named& one : list) names.push_back(one.name);
+  return names;
+}
+
+// "one of a, b, c".
+std::string quoted_list(const std::vector<std::string>& words);
+
+// The index in `names` of the name that a key holds; refuses one that is not there, `kind` being what it should name.
+std::uint8_t index_of(const Values& v, const std::string& key, const std::vector<std::string>& names, const std::string& kind);
+
+// Refuses a table without that key, which is needed for `why`.
+void require(const Values& v, const std::string& table, const std::string& leaf, const std::string& why);
+
+// The unit vector along the one that a key holds; refuses one of no length.
+Vec3 direction(const Values& v, const std::string& key);
+
+// The full name of a file that is named relative to the case.
+std::string beside(const Values& v, const std::string& name);
+
+}  // namespace quern
