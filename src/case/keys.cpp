@@ -254,6 +254,8 @@ struct Nearest {
     }
     // A key may have been written in the wrong table: its last word decides then.
     if (key && !is_placeholder(pattern.back())) distance = std::min(distance, 6 + 3 * edit_distance(pattern.back(), full.back()));
+    // Or without the tables around it.
+    if (key && full.size() >= 2 && pattern.size() > full.size() && std::equal(full.rbegin(), full.rend(), pattern.rbegin())) distance = std::min(distance, 1);
     if (distance >= least) return;
     least = distance;
     if (named.size() >= 3 && named[0] == "pair" && named[1] == "default" && named[2] == "default") named.erase(named.begin() + 2);
