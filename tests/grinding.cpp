@@ -235,6 +235,26 @@ TEST_CASE("quern grinding fits rates and their law", "[cli]") {
     REQUIRE(folder.grind("'" + same + "' --no-pictures --out '" + (folder.path / "same").string() + "'") == 0);
     CHECK_THAT(folder.read("log"), Catch::Contains("No power law for D80: it needs K_p at two or more values of E_i, and there is one."));
   }
+  SECTION("an uncertain E_i weighs little, however its uncertainty is given") {
+    // The third point lies off the law of the others; its E_i is hardly known.
+    const std::vector<std::string> plain = {"a,1", "b,2", "c,4"};
+    const auto exponent = [&](const std::string& text) {
+      REQUIRE(folder.grind("'" + folder.write("uncertain.csv", text) + "' --no-pictures --out '" + (folder.path / "uncertain").string() + "'") == 0);
+      return folder.summary("uncertain")["rate_exponent_D80"]["value"].get<double>();
+    };
+    const double trusted = exponent(three_runs(",E_i [W]", plain));
+    const double sd = exponent(three_runs(",E_i [W],E_i_sd [mW]", {"a,1,10", "b,2,20", "c,4,4000"}));
+    const double ends = exponent(three_runs(",E_i [W],E_i_from [W],E_i_to [W]", {"a,1,0.9804,1.0196", "b,2,1.9608,2.0392", "c,4,-3.84,11.84"}));
+    CHECK(trusted < 0.8);
+    const std::vector<std::string> alike = {"a,1,0.15", "b,2,0.3", "c,3,0.45"};
+    exponent(three_runs(",E_i [W],E_i_sd [W]", alike));
+    // Of equal errors of 15 %: two thirds of 0.0225 over the mean square of ln 1, ln 2 and ln 3 about their mean, 0.204: 7 %.
+    CHECK_THAT(folder.read("log"), Catch::Contains("The errors of E_i flatten the law of D80: its exponent is nearer to 0 than it should be, by some 7 %."));
+    CHECK(sd == Approx(0.9).margin(0.02));
+    CHECK(ends == Approx(sd).margin(1e-3));
+    CHECK(folder.grind("'" + folder.write("bad.csv", three_runs(",E_i [W],E_i_from [W],E_i_to [W]", {"a,1,2,3", "b,2,1,3", "c,3,2,4"})) + "'") == 2);
+    CHECK_THAT(folder.read("log"), Catch::Contains("bad.csv:3: column E_i_from: the interval does not hold E_i, 1."));
+  }
   SECTION("E_i comes from a sweep, by folder or by what was swept") {
     folder.write("sweep/sweep.csv",
                  "mill.speed [rad/s],power [W],impact_energy_rate [W],impact_energy_rate_from [W],impact_energy_rate_to [W],directory\n"

@@ -104,8 +104,26 @@ struct Reader {
     study.shown_size = of_size.factor, study.shown_size_unit = table.units[static_cast<std::size_t>(sizes[0])];
     for (const std::string& measure : study.measures)
       if (!sieved()) with_unit(table.find(measure), {study.size_unit}, "`D80 [um]`");
+    for (const std::string& name : table.names)
+      for (const char* more : {"_sd", "_from", "_to"}) known.insert(table.find(name + more));
     for (int k = 0; k < static_cast<int>(table.names.size()); ++k)
       if (!known.count(k)) conditions.push_back(k);
+  }
+
+  // The variance of ln x by the columns that go with x's: its standard deviation, or the ends of its 95 % interval; 0 where there are none. The
+  // numbers of a column are read by `number(column)`, in the unit of x.
+  template <class Number>
+  static double log_variance(const TextTable& t, std::size_t row, const std::string& name, double x, Number number) {
+    const int sd = t.find(name + "_sd"), from = t.find(name + "_from"), to = t.find(name + "_to");
+    const auto filled = [&](int column) { return column >= 0 && !t.rows[row][static_cast<std::size_t>(column)].empty(); };
+    if (filled(sd)) {
+      if (number(sd) < 0) t.refuse(row, sd, "allowed are standard deviations from 0");
+      return std::pow(number(sd) / x, 2);
+    }
+    if (!filled(from) || !filled(to)) return 0;
+    if (!(number(from) <= x && x <= number(to))) t.refuse(row, from, fmt::format("the interval does not hold {}, {:g}", name, x));
+    constexpr double normal_quantile = 1.96;
+    return std::pow(0.5 * (number(to) - number(from)) / x / normal_quantile, 2);
   }
 
   void group_rows() {
@@ -280,6 +298,8 @@ struct Reader {
       const double x = constant(groups[k], column) * factor;
       if (!(x > 0)) table.refuse(groups[k].first(), column, fmt::format("found {}; allowed are numbers above 0", table.rows[groups[k].first()][c]));
       study.points[k].x = x;
+      study.points[k].log_x_variance =
+          log_variance(table, groups[k].first(), table.names[c], x, [&](int of) { return constant(groups[k], of) * unit_of(table, of, {study.x_unit}).factor; });
     }
   }
 
@@ -309,7 +329,7 @@ struct Reader {
   void read_sweep() {
     const TextTable sweep = read_cells((std::filesystem::path(request.sweep) / "sweep.csv").string());
     const std::string name = request.against.empty() ? energy_rate : request.against;
-    const int energy = sweep.find(name), from = sweep.find(name + "_from"), to = sweep.find(name + "_to");
+    const int energy = sweep.find(name);
     if (energy < 0)
       throw InputError(fmt::format("{}:{}: the column {} is missing; {}.", sweep.file, sweep.header_line, name,
                                    name.starts_with(energy_rate) ? "run the sweep with --set observe.spectrum=true" : fmt::format("there are {}", fmt::join(sweep.names, ", "))));
@@ -328,11 +348,7 @@ struct Reader {
       const double x = number_in(sweep, row, energy);
       if (!(x > 0)) sweep.refuse(row, energy, fmt::format("found {:g}; allowed are numbers above 0", x));
       study.points[k].x = x;
-      const auto filled = [&](int column) { return column >= 0 && !sweep.rows[row][static_cast<std::size_t>(column)].empty(); };
-      if (!filled(from) || !filled(to)) continue;
-      const double half = 0.5 * (number_in(sweep, row, to) - number_in(sweep, row, from));
-      constexpr double normal_quantile = 1.96;
-      study.points[k].log_x_variance = std::pow(half / x / normal_quantile, 2);
+      study.points[k].log_x_variance = log_variance(sweep, row, name, x, [&](int of) { return number_in(sweep, row, of); });
     }
   }
 

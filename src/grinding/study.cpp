@@ -1,4 +1,5 @@
 #include "src/grinding/study.hpp"
+#include <fmt/format.h>
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -10,6 +11,24 @@ std::string listed(const std::vector<std::string>& words) {
   std::string out;
   for (std::size_t k = 0; k < words.size(); ++k) out += (k == 0 ? "" : k + 1 == words.size() ? " and " : ", ") + words[k];
   return out;
+}
+
+// By what part errors of x flatten a weighted line (regression dilution; Fuller 1987, Measurement Error Models, § 1.1).
+double dilution(const PowerLawFit& law) {
+  constexpr double least = 1e-16;
+  double weights = 0, mean = 0, scatter = 0, error = 0;
+  std::vector<double> weight;
+  for (const OperatingPoint& p : law.points) {
+    const double variance = std::min(p.log_rate_variance[0], p.log_rate_variance[1]) + law.exponent * law.exponent * p.log_x_variance + law.lack * law.lack;
+    weight.push_back(1 / std::max(variance, least));
+    weights += weight.back();
+  }
+  for (std::size_t k = 0; k < weight.size(); ++k) mean += weight[k] / weights * std::log(law.points[k].x);
+  for (std::size_t k = 0; k < weight.size(); ++k) {
+    scatter += weight[k] / weights * std::pow(std::log(law.points[k].x) - mean, 2);
+    error += weight[k] / weights * (1 - weight[k] / weights) * law.points[k].log_x_variance;
+  }
+  return scatter > 0 ? error / scatter : 0;
 }
 
 RateResult rate_of(const GrindingPoint& point, std::size_t at, std::size_t m) {
@@ -58,6 +77,10 @@ GrindingResult study_grinding(const GrindingStudy& study) {
     if (settings.size() > 1) measure.law = fit_power_law(points);
     else if (!study.x_name.empty())
       result.remarks.push_back("No power law for " + study.measures[m] + ": it needs K_p at two or more values of " + study.x_name + ", and there is " + (settings.empty() ? "none." : "one."));
+    constexpr double worth_a_word = 0.02;
+    if (const double part = measure.law ? dilution(*measure.law) : 0; part > worth_a_word)
+      result.remarks.push_back(fmt::format("The errors of {} flatten the law of {}: its exponent is nearer to 0 than it should be, by some {:.0f} %. Operating points farther apart or longer runs help.",
+                                           study.x_name, study.measures[m], 100 * std::min(part, 1.0)));
     result.measures.push_back(std::move(measure));
   }
   return result;
