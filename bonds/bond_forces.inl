@@ -29,6 +29,8 @@ QUERN_INLINE Triple<Pack> turned_by(const QuaternionPack& q, const Triple<Pack>&
   return direction + q.scalar * whole + cross(q.vector, whole);
 }
 
+QUERN_INLINE void set(Triple<Pack>& to, const Triple<Pack>& what) { to.x = what.x, to.y = what.y, to.z = what.z; }
+
 QUERN_INLINE Pack magnitude(const Pack& a) { return greater(a, -a); }
 
 // How eight bonds are deformed; lengths in units of L_0.
@@ -54,27 +56,27 @@ QUERN_INLINE void deform(const Workspace& work, const BondBatch& b, BondDeformat
   const Triple<Pack> axis = {load(b.axis[0]), load(b.axis[1]), load(b.axis[2])};
   const QuaternionPack relation = {{load(b.relation[0]), load(b.relation[1]), load(b.relation[2])}, load(b.relation[3])};
   const Pack zero(0.0), one(1.0);
-  d.apart = xj.xyz() - xi.xyz();
-  const Pack distance = square_root(dot(d.apart, d.apart));
-  d.inverse_distance = one / distance;
-  d.normal = d.inverse_distance * d.apart;
-  d.strain = distance * load(b.inverse_length) - one;
-
+  const Triple<Pack> apart = xj.xyz() - xi.xyz();
+  const Pack distance = square_root(dot(apart, apart)), inverse_distance = one / distance;
+  const Triple<Pack> normal = inverse_distance * apart;
   const QuaternionPack back = {{zero - qi.vector.x, zero - qi.vector.y, zero - qi.vector.z}, qi.scalar};
   const QuaternionPack relative = product(product(qj, relation), back);
-  d.first_axis = turned_by(qi, axis);
-  d.rotation = relative.vector;
-  d.cosine = relative.scalar;
-  const Triple<Pack> across = cross(d.rotation, d.first_axis);
-  const Triple<Pack> half_turn = d.cosine * across + cross(d.rotation, across);
-  const Triple<Pack> middle = d.first_axis + half_turn;
-  d.second_axis = middle + half_turn;
-  d.twist_axis = d.cosine * d.first_axis + across;
-  d.twist = dot(d.rotation, d.first_axis);
-  d.bending_square = greater(zero, dot(d.rotation, d.rotation) - d.twist * d.twist);
-  d.along = dot(middle, d.normal);
-  d.slant = middle - d.along * d.normal;
-  d.slant_square = dot(d.slant, d.slant);
+  const Triple<Pack> first_axis = turned_by(qi, axis), rotation = relative.vector;
+  const Pack cosine = relative.scalar;
+  const Triple<Pack> across = cross(rotation, first_axis);
+  const Triple<Pack> half_turn = cosine * across + cross(rotation, across);
+  const Triple<Pack> middle = first_axis + half_turn;
+  const Triple<Pack> second_axis = middle + half_turn;
+  const Triple<Pack> twist_axis = cosine * first_axis + across;
+  const Pack twist = dot(rotation, first_axis);
+  const Pack bending_square = greater(zero, dot(rotation, rotation) - twist * twist);
+  const Pack along = dot(middle, normal);
+  const Triple<Pack> slant = middle - along * normal;
+  const Pack slant_square = dot(slant, slant), strain = distance * load(b.inverse_length) - one;
+  set(d.apart, apart), set(d.normal, normal), set(d.first_axis, first_axis), set(d.second_axis, second_axis), set(d.slant, slant);
+  set(d.rotation, rotation), set(d.twist_axis, twist_axis);
+  d.inverse_distance = inverse_distance, d.strain = strain, d.along = along;
+  d.cosine = cosine, d.twist = twist, d.bending_square = bending_square, d.slant_square = slant_square;
 }
 
 // Bit k: bond k fails. σ = F_n/A + |M_b| R_b/I and τ = |F_s|/A + |M_t| R_b/J, each over its limit, without a square root.
@@ -87,15 +89,15 @@ QUERN_INLINE unsigned failing(const BondBatch& b, const BondDeformation& d) {
   return ~bits(tension & shear) & 0xffu;
 }
 
-QUERN_INLINE void pull_back(const BondBatch& b, const BondDeformation& d, BondLoad& load_of) {
+QUERN_INLINE void pull_back(const BondBatch& b, const BondDeformation& d, BondLoad& on) {
   const Pack half(0.5), slenderness = load(b.slenderness), normal = load(b.normal), shear = load(b.shear);
   const Pack square = slenderness * slenderness;
   const Pack bending = Pack(0.125) * square * normal, twisting = Pack(0.25) * square * shear;
-  load_of.force = (normal * d.strain * load(b.inverse_length)) * d.normal - (shear * d.along * d.inverse_distance) * d.slant;
+  on.force = (normal * d.strain * load(b.inverse_length)) * d.normal - (shear * d.along * d.inverse_distance) * d.slant;
   const Triple<Pack> moment = (bending * d.cosine) * d.rotation + ((twisting - bending) * d.twist) * d.twist_axis;
   const Triple<Pack> arm = (half * shear) * d.slant;
-  load_of.on_first = moment - cross(d.first_axis, arm);
-  load_of.on_second = Triple<Pack>{-moment.x, -moment.y, -moment.z} - cross(d.second_axis, arm);
+  on.on_first = moment - cross(d.first_axis, arm);
+  on.on_second = Triple<Pack>{-moment.x, -moment.y, -moment.z} - cross(d.second_axis, arm);
 }
 
 QUERN_INLINE Pack elastic_energy(const BondBatch& b, const BondDeformation& d) {
@@ -108,12 +110,12 @@ QUERN_INLINE Pack elastic_energy(const BondBatch& b, const BondDeformation& d) {
 // failed half a step earlier: its energy is counted as of then.
 [[gnu::noinline]] void fail_bonds(const StepContext& step, const Workspace& work, const BondDeformation& d, unsigned failed, BondList& bonds,
                                   BondBatch& batch) {
-  BondLoad load_of;
-  pull_back(batch, d, load_of);
+  BondLoad on;
+  pull_back(batch, d, on);
   const auto rows = [&](const std::vector<Quad>& array, const Index* offset) { return gather(&array[0].x, offset).xyz(); };
   const Triple<Pack> velocity = rows(work.velocity, batch.first) - rows(work.velocity, batch.second);
-  const Pack power = dot(load_of.force, velocity) + dot(load_of.on_first, rows(work.spin, batch.first)) +
-                     dot(load_of.on_second, rows(work.spin, batch.second));
+  const Pack power = dot(on.force, velocity) + dot(on.on_first, rows(work.spin, batch.first)) +
+                     dot(on.on_second, rows(work.spin, batch.second));
   const Pack slenderness = load(batch.slenderness);
   const Pack tension = (d.strain + slenderness * square_root(d.bending_square)) / load(batch.tension_limit);
   const Pack shear = (square_root(d.slant_square) + slenderness * magnitude(d.twist)) / load(batch.shear_limit);
@@ -132,39 +134,48 @@ QUERN_INLINE Pack elastic_energy(const BondBatch& b, const BondDeformation& d) {
   }
 }
 
+// The dashpots on the four springs of eight bonds, in velocities that rigid motion leaves at nothing: adds to their loads and returns
+// the power that they take.
+QUERN_INLINE Pack damp(const Workspace& work, const BondBatch& b, const BondDeformation& d, BondLoad& on) {
+  const double *velocities = &work.velocity[0].x, *spins = &work.spin[0].x;
+  const Triple<Pack> wi = gather(spins, b.first).xyz(), wj = gather(spins, b.second).xyz();
+  const Triple<Pack> velocity = gather(velocities, b.second).xyz() - gather(velocities, b.first).xyz() - Pack(0.5) * cross(wi + wj, d.apart);
+  const Triple<Pack> spin = wj - wi;
+  const Pack stretching = dot(velocity, d.normal), twisting = dot(spin, d.normal);
+  const Triple<Pack> sliding = velocity - stretching * d.normal;
+  const Pack bending_damping = load(b.bending_damping), more_twisting = load(b.twisting_damping) - bending_damping;
+  const Pack resisting = load(b.normal_damping) * stretching, more_resisting = more_twisting * twisting;
+  const Triple<Pack> drag = load(b.shear_damping) * sliding;
+  const Triple<Pack> arm = Pack(0.5) * cross(d.apart, drag);
+  const Triple<Pack> moment = bending_damping * spin + more_resisting * d.normal;
+  on.force = on.force + resisting * d.normal + drag;
+  on.on_first = on.on_first + arm + moment;
+  on.on_second = on.on_second + arm - moment;
+  return resisting * stretching + dot(drag, sliding) + bending_damping * dot(spin, spin) + more_resisting * twisting;
+}
+
+QUERN_INLINE void add_loads(const BondBatch& b, const BondLoad& on, double* loads) {
+  const Triple<Pack> force = on.force;
+  const Pack zero(0.0);
+  add_double_rows(QuadPack{force.x, force.y, force.z, zero}, QuadPack{on.on_first.x, on.on_first.y, on.on_first.z, zero},
+                  [&](int k) { return loads + 2 * b.first[k]; });
+  add_double_rows(QuadPack{-force.x, -force.y, -force.z, zero}, QuadPack{on.on_second.x, on.on_second.y, on.on_second.z, zero},
+                  [&](int k) { return loads + 2 * b.second[k]; });
+}
+
 void bond_forces(const StepContext& context, ContactBlock& block, Workspace& work) {
   const StepContext step = context;
   double* loads = &block.load[0].force.x;
-  const double *velocities = &work.velocity[0].x, *spins = &work.spin[0].x;
   Pack energy(0.0), power(0.0);
-  for (BondBatch& b : block.bonds.batches) {
-    BondDeformation d;
-    deform(work, b, d);
-    if (const unsigned failed = failing(b, d); failed != 0) fail_bonds(step, work, d, failed, block.bonds, b);
-    BondLoad elastic;
-    pull_back(b, d, elastic);
-    energy += elastic_energy(b, d);
-
-    // Dashpots on the four springs, in velocities that rigid motion leaves at nothing.
-    const Triple<Pack> wi = gather(spins, b.first).xyz(), wj = gather(spins, b.second).xyz();
-    const Triple<Pack> velocity = gather(velocities, b.second).xyz() - gather(velocities, b.first).xyz() - Pack(0.5) * cross(wi + wj, d.apart);
-    const Triple<Pack> spin = wj - wi;
-    const Pack stretching = dot(velocity, d.normal), twisting = dot(spin, d.normal);
-    const Triple<Pack> sliding = velocity - stretching * d.normal;
-    const Pack normal_damping = load(b.normal_damping), shear_damping = load(b.shear_damping);
-    const Pack bending_damping = load(b.bending_damping), more_twisting = load(b.twisting_damping) - bending_damping;
-    const Triple<Pack> drag = shear_damping * sliding;
-    const Triple<Pack> arm = Pack(0.5) * cross(d.apart, drag);
-    const Triple<Pack> moment = bending_damping * spin + (more_twisting * twisting) * d.normal;
-    power += normal_damping * stretching * stretching + dot(drag, sliding) + bending_damping * dot(spin, spin) + more_twisting * twisting * twisting;
-
-    const Triple<Pack> force = elastic.force + (normal_damping * stretching) * d.normal + drag;
-    const Triple<Pack> on_first = elastic.on_first + arm + moment, on_second = elastic.on_second + arm - moment;
-    const Pack zero(0.0);
-    add_double_rows(QuadPack{force.x, force.y, force.z, zero}, QuadPack{on_first.x, on_first.y, on_first.z, zero},
-                    [&](int k) { return loads + 2 * b.first[k]; });
-    add_double_rows(QuadPack{-force.x, -force.y, -force.z, zero}, QuadPack{on_second.x, on_second.y, on_second.z, zero},
-                    [&](int k) { return loads + 2 * b.second[k]; });
+  for (BondBatch& batch : block.bonds.batches) {
+    BondDeformation deformation;
+    deform(work, batch, deformation);
+    if (const unsigned failed = failing(batch, deformation); failed != 0) fail_bonds(step, work, deformation, failed, block.bonds, batch);
+    BondLoad on;
+    pull_back(batch, deformation, on);
+    energy += elastic_energy(batch, deformation);
+    power += damp(work, batch, deformation, on);
+    add_loads(batch, on, loads);
   }
   block.sums.bond_energy += sum(energy);
   block.sums.bond_power += sum(power);

@@ -178,7 +178,7 @@ QUERN_INLINE __m256d high_half(const Pack& p) {
 // Two rows to a register, k and k + 4, so that columns come out in the order of the lanes.
 template <class Row>
 QUERN_INLINE QuadPack gather_rows(Row&& row) {
-  const auto two = [&](int k) {
+  const auto two = [&](int k) __attribute__((always_inline)) {
     return _mm512_insertf64x4(_mm512_castpd256_pd512(_mm256_load_pd(row(k))), _mm256_load_pd(row(k + 4)), 1);
   };
   const __m512d a = two(0), b = two(1), c = two(2), d = two(3);

@@ -100,8 +100,19 @@ void fill_bonds(const SearchRequest& request, const std::vector<BondRow>& bonds,
   }
 }
 
+// Gives the grains of a block's bonds that lay in the old halo their places in the new one. In a domain without images only.
+void place_bonds(const std::vector<HaloRow>& old_halo, HaloPlaces& places, ContactBlock& block) {
+  const Index own = block.size(), idle = own + static_cast<Index>(old_halo.size());
+  for (BondBatch& batch : block.bonds.batches)
+    for (Index* offsets : {batch.first, batch.second})
+      for (int lane = 0; lane < bonds_per_batch; ++lane)
+        if (const Index local = offsets[lane] / 4; local >= own && local < idle)
+          offsets[lane] = 4 * (own + places.place(old_halo[at(local - own)], block.halo));
+}
+
 // Scratch memory that outlives a call.
 struct Scratch {
+  std::vector<HaloRow> old_halo;
   Found found;
   HaloPlaces places;
 };
@@ -120,6 +131,7 @@ void find_candidates(const SearchRequest& request, const std::vector<KeptContact
   const Particles& particles = *request.particles;
   const Index own = block.size();
   scratch.places.clear(block.halo.size());
+  scratch.old_halo.swap(block.halo);
   block.halo.clear();
   for (CandidateList& list : block.candidates) {
     for (std::vector<Index>* indices : {&list.first, &list.second, &list.slot}) indices->clear();
@@ -157,7 +169,10 @@ void find_candidates(const SearchRequest& request, const std::vector<KeptContact
       list.slot.push_back(slot);
     }
   }
-  fill_bonds(request, bonds, scratch.places, block);
+  if (request.fills_bonds)
+    fill_bonds(request, bonds, scratch.places, block);
+  else
+    place_bonds(scratch.old_halo, scratch.places, block);
   const std::vector<Index> place = group_by_block(block.halo, request.block_size);
   for (CandidateList& list : block.candidates) {
     list.count = static_cast<Index>(list.first.size());
@@ -171,7 +186,7 @@ void find_candidates(const SearchRequest& request, const std::vector<KeptContact
   for (BondBatch& batch : block.bonds.batches)
     for (Index* offsets : {batch.first, batch.second})
       for (int lane = 0; lane < bonds_per_batch; ++lane)
-        if (offsets[lane] >= 4 * own) offsets[lane] = 4 * (own + place[at(offsets[lane] / 4 - own)]);
+        if (offsets[lane] >= 4 * own && offsets[lane] < 4 * (own + static_cast<Index>(block.halo.size()))) offsets[lane] = 4 * (own + place[at(offsets[lane] / 4 - own)]);
   block.bonds.close(4 * (own + static_cast<Index>(block.halo.size())));
   block.load.resize(at(own) + block.halo.size() + 2);
 }

@@ -22,6 +22,7 @@ struct SearchRequest {
   double skin;                    // [m]
   const Kernels* kernels;
   const Bonds* bonds;
+  bool fills_bonds;               // whether the blocks' bonds are listed anew; else only their places in the halo are
 };
 
 // Fills block.candidates and block.halo with all pairs nearer than touching by the skin; `kept` pairs take their slots along. The

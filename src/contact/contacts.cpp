@@ -49,6 +49,16 @@ bool overlap_at_rest(const Bonds& bonds) {
   return std::any_of(bonds.list.begin(), bonds.list.end(), [](const Bond& bond) { return bond.overlap > 0; });
 }
 
+// Whether an eighth of the places in the blocks' lists of bonds is idle, the bonds there having failed.
+bool many_failed(const Contacts& contacts) {
+  std::size_t idle = 0, all = 0;
+  for (const ContactBlock& block : contacts.blocks) {
+    all += block.bonds.batches.size() * bonds_per_batch;
+    for (const BondBatch& batch : block.bonds.batches) idle += static_cast<std::size_t>(std::count(batch.bond, batch.bond + bonds_per_batch, -1));
+  }
+  return 8 * idle > all;
+}
+
 // The skin at which a step is cheapest. A narrow one is soon travelled, and a search costs about as much as looking at
 // `search_cost` candidates for each particle; a wide one lists candidates that never touch, as the cube of the reach.
 void adapt_skin(Contacts& contacts, const Particles& particles) {
@@ -110,8 +120,10 @@ Triple<double> search_neighbours(Contacts& contacts, Particles& particles, Bonds
     team.run(static_cast<int>(kept.size()), [&](int b) { kept[static_cast<std::size_t>(b)] = kept_contacts(contacts.blocks[static_cast<std::size_t>(b)]); });
   }
   const std::vector<CellGrid> grids = make_grids(particles, domain, contacts.skin, team);
-  const std::vector<std::vector<BondRow>> block_bonds = bonds_by_block(bonds, particles, domain, contacts.block_size, contacts.blocks.size());
-  const SearchRequest request{&particles, &domain, &grids, kinds.of, kinds.materials, contacts.block_size, contacts.skin, &kernels, &bonds};
+  const bool fills_bonds = !bonds.empty() && (recut || sorts || domain.periodic() || many_failed(contacts));
+  std::vector<std::vector<BondRow>> block_bonds(contacts.blocks.size());
+  if (fills_bonds || overlap_at_rest(bonds)) block_bonds = bonds_by_block(bonds, particles, domain, contacts.block_size, contacts.blocks.size());
+  const SearchRequest request{&particles, &domain, &grids, kinds.of, kinds.materials, contacts.block_size, contacts.skin, &kernels, &bonds, fills_bonds};
   team.run(static_cast<int>(contacts.blocks.size()), [&](int b) {
     const auto k = static_cast<std::size_t>(b);
     find_candidates(request, kept[k], block_bonds[k], contacts.blocks[k]);
