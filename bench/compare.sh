@@ -53,7 +53,7 @@ if [ "$quick" = yes ]; then
   works=("drum 10000 0.5 800")
   skins=(0.0005 0.001 0.002) repeats=${repeats:-3}
 else
-  works=("drum 10000 1.5 2000" "drum 100000 1.5 200" "bed 32000 0.5 500")
+  works=("drum 10000 1.5 2000" "drum 100000 1.5 200" "bed 32000 0.5 500" "agglomerate 10000 0 1000")
   skins=(0.0005 0.001 0.0015 0.002 0.003) repeats=${repeats:-5}
 fi
 
@@ -81,7 +81,10 @@ run_code() {  # CODE WORK BALLS CORES WARM STEPS SKIN SAMPLE
     liggghts) command=("${mpi[@]}" liggghts -in "$here/peers/in.liggghts" -log none "${vars[@]}") ;;
     lammps) command=("${mpi[@]}" lmp -in "$here/peers/in.lammps" -log none -var law granular "${vars[@]}") ;;
     lammps_classic) command=("${mpi[@]}" lmp -in "$here/peers/in.lammps" -log none -var law classic "${vars[@]}") ;;
-    yade) command=(yade -n -x -j"$n" "$here/peers/bed.py" "$start" "$warm" "$steps" "$sample" "$means") ;;
+    yade)
+      command=(yade -n -x -j"$n" "$here/peers/bed.py" "$start" "$warm" "$steps" "$sample" "$means")
+      [ "$work" = agglomerate ] && command=(yade -n -x -j"$n" "$here/peers/agglomerate.py" "$start" "$warm" "$steps" "$(cat "$start.gap")")
+      ;;
   esac
   local TIMEFORMAT=%P percent
   percent=$( { time (cd "$out" && "${command[@]}" > "$log" 2>&1 < /dev/null) ; } 2>&1 ) || { echo "$code failed on $work $balls; see $log" >&2; return 1; }
@@ -93,14 +96,26 @@ run_code() {  # CODE WORK BALLS CORES WARM STEPS SKIN SAMPLE
   [ -n "$speed" ] || { echo "$code gave no speed on $work $balls; see $log" >&2; return 1; }
 }
 
-# Whether a code can do a work: YADE's periodic space holds the bed only.
-does() { [ "$1" != yade ] || [ "$2" = bed ]; }
+# Whether a code can do a work: YADE's periodic space holds the bed only; of the peers, bonds are tried with YADE alone.
+does() {
+  case $1 in
+    quern*) true ;;
+    yade) [ "$2" != drum ] ;;
+    *) [ "$2" != agglomerate ] ;;
+  esac
+}
 
 # --- the common starts ---
 for work in "${works[@]}"; do
   read -r name balls settle _ <<< "$work"
   start=$out/${name}_$balls.data stamp="$name $balls $settle"
   [ -e "$start" ] && [ "$(cat "$start.stamp" 2> /dev/null)" = "$stamp" ] && continue
+  if [ "$name" = agglomerate ]; then
+    # One step, so that it tells the gap within which it bonds.
+    "$QUERN_BENCH" --work agglomerate --balls "$balls" --steps 1 --write "$start" | awk '$1 == "bonds" { print $5 / 1000 }' > "$start.gap"
+    echo "$stamp" > "$start.stamp"
+    continue
+  fi
   echo "Settling: $name, $balls balls." >&2
   "$QUERN_BENCH" --work "$name" --balls "$balls" --copies $((balls > 20000 && balls % 10000 == 0 ? balls / 10000 : 1)) --settle "$settle" \
     --threads "$cores" --steps 0 --write "$start"
@@ -112,6 +127,7 @@ declare -A best_skin
 for work in "${works[@]}"; do
   read -r name balls _ steps <<< "$work"
   for code in "${codes[@]}"; do
+    does "$code" "$name" || continue
     case $code in quern | yade) best_skin[$code $name $balls]=0; continue ;; esac
     best=0
     for skin in "${skins[@]}"; do
@@ -127,6 +143,7 @@ done
 echo "work,balls,code,kinetic [J],contacts per ball,torque on the balls [N m]" > "$out/physics.csv"
 for work in "${works[@]}"; do
   read -r name balls _ steps <<< "$work"
+  [ "$name" = agglomerate ] && continue  # what is left of the bonds stands in the logs
   for code in "${codes[@]}"; do
     does "$code" "$name" || continue
     [ -n "${best_skin[$code $name $balls]:-}" ] || continue

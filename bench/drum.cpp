@@ -78,7 +78,7 @@ void run(const Options& o) {
   fmt::print("contacts {:.5g} per ball\n", means.contacts / means.count);
   fmt::print("torque {:.6g} Nm\n", means.torque / means.count);
   if (!s.bonds.empty()) {
-    fmt::print("bonds {:.6g} per grain, {:.6g} mm of gap at most\n", static_cast<double>(s.bonds.list.size()) / balls, 1e3 * gap);
+    fmt::print("bonds {:.6g} per grain, {:.8g} mm of gap at most\n", static_cast<double>(s.bonds.list.size()) / balls, 1e3 * gap);
     fmt::print("damage {:.4g} of the bonds\n", s.bonds.damage());
   }
   fmt::print("closure {:.2e}\n", s.ledger.closure());
