@@ -23,7 +23,8 @@ void BondList::push(const Bond& bond, Index index, Index first_offset, Index sec
   BondBatch& b = batches.back();
   const double area = std::numbers::pi * bond.radius * bond.radius, square = bond.length * bond.length;
   b.axis[0][lane] = bond.axis.x, b.axis[1][lane] = bond.axis.y, b.axis[2][lane] = bond.axis.z;
-  b.relation[0][lane] = bond.relation.x, b.relation[1][lane] = bond.relation.y, b.relation[2][lane] = bond.relation.z, b.relation[3][lane] = bond.relation.w;
+  b.relation[0][lane] = bond.relation.x, b.relation[1][lane] = bond.relation.y, b.relation[2][lane] = bond.relation.z,
+  b.relation[3][lane] = bond.relation.w;
   b.inverse_length[lane] = 1 / bond.length;
   b.normal[lane] = bond.normal_stiffness * area * square;
   b.shear[lane] = bond.shear_stiffness * area * square;
@@ -57,7 +58,8 @@ void BondList::fail(BondBatch& batch, int lane, BondFailure failure) {
   make_idle(batch, lane);
 }
 
-std::vector<std::vector<BondRow>> bonds_by_block(Bonds& bonds, const Particles& particles, const Domain& domain, Index block_size, std::size_t blocks) {
+std::vector<std::vector<BondRow>> bonds_by_block(Bonds& bonds, const Particles& particles, const Domain& domain, Index block_size,
+                                                 std::size_t blocks) {
   std::vector<std::vector<BondRow>> result(blocks);
   if (bonds.empty()) return result;
   Index most = 0;
@@ -68,7 +70,8 @@ std::vector<std::vector<BondRow>> bonds_by_block(Bonds& bonds, const Particles& 
   for (std::size_t k = 0; k < bonds.list.size(); ++k) {
     Bond& bond = bonds.list[k];
     if (bond.state == BondState::released) continue;
-    const Index first = row_of[at(bond.first)], second = row_of[at(bond.second)], low = std::min(first, second), high = std::max(first, second);
+    const Index first = row_of[at(bond.first)], second = row_of[at(bond.second)], low = std::min(first, second),
+                high = std::max(first, second);
     if (bond.state == BondState::broken) {
       const Triple<double> apart = domain.nearest(xyz(particles.position[at(high)]) - xyz(particles.position[at(low)]));
       const double touching = particles.radius(low) + particles.radius(high);
@@ -78,7 +81,8 @@ std::vector<std::vector<BondRow>> bonds_by_block(Bonds& bonds, const Particles& 
     result[at(low / block_size)].push_back({low, high, static_cast<Index>(k), first == low, bond.state == BondState::intact, bond.overlap});
   }
   for (std::vector<BondRow>& block : result)
-    std::sort(block.begin(), block.end(), [](const BondRow& a, const BondRow& b) { return a.low != b.low ? a.low < b.low : a.bond < b.bond; });
+    std::sort(block.begin(), block.end(),
+              [](const BondRow& a, const BondRow& b) { return a.low != b.low ? a.low < b.low : a.bond < b.bond; });
   return result;
 }
 

@@ -21,7 +21,8 @@ double together(double a, double b) { return a * b / (a + b); }
 
 }  // namespace
 
-Index bond_particles(Bonds& bonds, Particles& particles, const Domain& domain, Index row, Index other_row, Index material_index, std::uint64_t seed) {
+Index bond_particles(Bonds& bonds, Particles& particles, const Domain& domain, Index row, Index other_row, Index material_index,
+                     std::uint64_t seed) {
   const BondMaterial& material = bonds.materials.at(at(material_index));
   check(material);
   if (row == other_row) throw InputError(fmt::format("particle {} cannot be bonded to itself.", particles.id[at(row)]));
@@ -30,10 +31,12 @@ Index bond_particles(Bonds& bonds, Particles& particles, const Domain& domain, I
   const std::size_t i = at(ordered ? row : other_row), j = at(ordered ? other_row : row);
   const Vec3 apart = vec(domain.nearest(xyz(particles.position[j]) - xyz(particles.position[i])));
   const double length = apart.norm();
-  if (!(length > 0)) throw InputError(fmt::format("particles {} and {} have the same centre and cannot be bonded.", particles.id[i], particles.id[j]));
+  if (!(length > 0))
+    throw InputError(fmt::format("particles {} and {} have the same centre and cannot be bonded.", particles.id[i], particles.id[j]));
   for (int axis = 0; axis < 3; ++axis)
     if (domain.period[axis] > 0 && std::abs(apart[axis]) > 0.49 * domain.period[axis])
-      throw InputError(fmt::format("particles {} and {} are bonded over half a period of the domain; it must be longer.", particles.id[i], particles.id[j]));
+      throw InputError(fmt::format("particles {} and {} are bonded over half a period of the domain; it must be longer.", particles.id[i],
+                                   particles.id[j]));
 
   const Rotation first = rotation_of(particles.orientation[i]), relation = rotation_of(particles.orientation[j]).conjugate() * first;
   const double smaller = std::min(particles.position[i].w, particles.position[j].w);
@@ -47,7 +50,8 @@ Index bond_particles(Bonds& bonds, Particles& particles, const Domain& domain, I
   bond.shear_stiffness = material.young > 0 ? material.shear_modulus / length : material.shear_stiffness;
   const double square = bond.radius * bond.radius, area = std::numbers::pi * square;
   const double stretching = bond.normal_stiffness * area, shearing = bond.shear_stiffness * area;
-  const double mass = together(particles.velocity[i].w, particles.velocity[j].w), inertia = together(particles.spin[i].w, particles.spin[j].w);
+  const double mass = together(particles.velocity[i].w, particles.velocity[j].w),
+               inertia = together(particles.spin[i].w, particles.spin[j].w);
   bond.normal_damping = 2 * material.damping.normal * std::sqrt(mass * stretching);
   bond.shear_damping = 2 * material.damping.shear * std::sqrt(mass * shearing);
   bond.bending_damping = 2 * material.damping.bending * std::sqrt(inertia * stretching * square / 4);
@@ -86,8 +90,10 @@ std::int64_t bond_particles_nearer_than(Bonds& bonds, Particles& particles, cons
   return static_cast<std::int64_t>(bonds.list.size() - before);
 }
 
-std::int64_t bond_particles_nearer_than(Bonds& bonds, Particles& particles, const Domain& domain, double gap, Index material, std::uint64_t seed) {
-  return bond_particles_nearer_than(bonds, particles, domain, gap, [material](Index, Index) { return material; }, seed);
+std::int64_t bond_particles_nearer_than(Bonds& bonds, Particles& particles, const Domain& domain, double gap, Index material,
+                                        std::uint64_t seed) {
+  return bond_particles_nearer_than(
+      bonds, particles, domain, gap, [material](Index, Index) { return material; }, seed);
 }
 
 }  // namespace quern

@@ -40,7 +40,8 @@ Momenta momenta(const Simulation& s) {
   Momenta m;
   const Particles& p = s.particles;
   for (std::size_t k = 0; k < p.id.size(); ++k) {
-    const Vec3 momentum = p.velocity[k].w * vec(p.velocity[k]), orbit = vec(p.position[k]).cross(momentum), own = p.spin[k].w * vec(p.spin[k]);
+    const Vec3 momentum = p.velocity[k].w * vec(p.velocity[k]), orbit = vec(p.position[k]).cross(momentum),
+               own = p.spin[k].w * vec(p.spin[k]);
     m.linear += momentum;
     m.angular += orbit + own;
     m.linear_scale += momentum.norm();
@@ -71,7 +72,8 @@ TEST_CASE("a cluster carried and spun rigidly through a million steps stores not
   CHECK(std::abs(s.ledger.gap()) < 1e-10 * failure);
   CHECK(s.bonds.damage() == 0);
   double worst = 0;
-  for (const Quad& q : s.particles.orientation) worst = std::max(worst, std::abs(std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w) - 1));
+  for (const Quad& q : s.particles.orientation)
+    worst = std::max(worst, std::abs(std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w) - 1));
   CHECK(worst < 1e-12);
 }
 

@@ -122,7 +122,8 @@ Triple<double> search_neighbours(Contacts& contacts, Particles& particles, Bonds
   const std::vector<CellGrid> grids = make_grids(particles, domain, contacts.skin, team);
   const bool fills_bonds = !bonds.empty() && (recut || sorts || domain.periodic() || many_failed(contacts));
   std::vector<std::vector<BondRow>> block_bonds(contacts.blocks.size());
-  if (fills_bonds || overlap_at_rest(bonds)) block_bonds = bonds_by_block(bonds, particles, domain, contacts.block_size, contacts.blocks.size());
+  if (fills_bonds || overlap_at_rest(bonds))
+    block_bonds = bonds_by_block(bonds, particles, domain, contacts.block_size, contacts.blocks.size());
   const SearchRequest request{&particles, &domain, &grids, kinds.of, kinds.materials, contacts.block_size, contacts.skin, &kernels, &bonds, fills_bonds};
   team.run(static_cast<int>(contacts.blocks.size()), [&](int b) {
     const auto k = static_cast<std::size_t>(b);
