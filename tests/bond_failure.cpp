@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include "src/base/error.hpp"
+#include "src/engine/time_step.hpp"
 #include "tests/bond_scene.hpp"
 
 using namespace quern;
@@ -117,4 +118,21 @@ TEST_CASE("a bond that cannot be is refused with a sentence") {
   CHECK_THROWS_WITH(bond(0, 2), Catch::Contains("half a period"));
   CHECK_THROWS_AS(bond_particles_nearer_than(s.bonds, s.particles, s.domain, -1e-3, 0, 1), InputError);
   CHECK(s.bonds.empty());
+}
+
+TEST_CASE("the time step of bonded grains is limited by the grain that bonds hold most stiffly, and says so") {
+  // A contact law too soft to matter.
+  Simulation s = scene::free_space({"lead", 11000, 0, 0.3}, scene::linear(1e2, 0.7, 0), 0);
+  s.bonds.materials = {scene::cement()};
+  for (int k = 0; k < 3; ++k) scene::add_grain(s, Vec3(k * scene::spacing, 0, 0));
+  CHECK(time_step_limit(s, 0.01).reason.find("bonds") == std::string::npos);
+  for (Index k = 0; k < 2; ++k) bond_particles(s.bonds, s.particles, s.domain, k, k + 1, 0, 1);
+  const TimeStepLimit found = time_step_limit(s, 0.01);
+  const double stretching = 1e9 / scene::spacing * area, shearing = 0.3 * stretching;
+  const double turning = stretching * radius * radius / 4 + shearing * scene::spacing * scene::spacing / 4;
+  const double mass = s.particles.velocity[1].w, inertia = s.particles.spin[1].w;
+  CHECK(found.limit == Approx(0.4 * std::sqrt(std::min(mass / (2 * stretching), inertia / (2 * turning)))));
+  CHECK(found.recommended == Approx(0.5 * found.limit));
+  CHECK(found.reason.find("of grain 1") != std::string::npos);
+  CHECK(found.reason.find("its bonds") != std::string::npos);
 }
