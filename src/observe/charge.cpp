@@ -58,6 +58,10 @@ void ChargeSums::add(const ChargeSums& later) {
   add_each(flow_ahead, later.flow_ahead);
   add_each(flow_up, later.flow_up);
   add_each(layer, later.layer);
+  followed += later.followed;
+  flown += later.flown;
+  held += later.held;
+  held_turn += later.held_turn;
   add_each(leaving, later.leaving);
   if (impacts.size() < later.impacts.size()) impacts.resize(later.impacts.size());
   for (std::size_t k = 0; k < later.impacts.size(); ++k) {
@@ -138,6 +142,7 @@ void Charge::begin(const Simulation& simulation, const ObserverSettings& setting
   next_sample = simulation.clock.time();
   next_revolution = simulation.clock.time() + revolution;
   blocks.span = revolution / 4;
+  shell_speed = std::abs(mill.speed);
   began = true;
 }
 
@@ -182,6 +187,7 @@ void Charge::sample(const Simulation& simulation, const Seat& seat, ChargeSums& 
     const double radius = p.radius(i), volume = 4.0 / 3.0 * pi * radius * radius * radius;
     const double ahead = place.dot(view.ahead), up = place.dot(view.up), v_ahead = velocity.dot(view.ahead), v_up = velocity.dot(view.up);
     const bool held = ahead * ahead + up * up > layer_from * layer_from && !seat.in_free_flight(simulation, i);
+    if (held) sums.held += volume, sums.held_turn += volume * (v_ahead * up - v_up * ahead) / (ahead * ahead + up * up);
     for (const auto& [a, b, weight] : points) {
       const double x = ahead + a * radius, y = up + b * radius;
       const int sector = grid.sector_of(wrapped(std::atan2(x, y) / degree));
@@ -208,6 +214,7 @@ void Charge::follow(const Simulation& simulation, const Seat& seat, ChargeSums& 
     const bool in_layer = view.radius(place) > layer_from;
     const bool flying = seat.in_free_flight(simulation, i);
     const bool first_seen = !ball.known;
+    sums.followed += volume;
     if (first_seen) {
       ball.known = 1;
       ball.last = height;
@@ -223,9 +230,11 @@ void Charge::follow(const Simulation& simulation, const Seat& seat, ChargeSums& 
           sums.falls += 1;
           sums.fall_sum += drop;
           sums.fall_max = std::max(sums.fall_max, drop);
+          sums.flown += volume * ball.flight_samples;
         }
       }
     }
+    ball.flight_samples = flying ? ball.flight_samples + 1 : 0;
     // A flight that was under way at the first sample has lost its beginning.
     if (flying && !ball.flying) ball.whole_flight = !first_seen;
     ball.apex = flying ? (ball.flying ? std::max(ball.apex, height) : std::max(ball.last, height)) : height;
@@ -350,11 +359,15 @@ std::vector<Headline> Charge::headlines(double from) const {
   const ChargeSums all = blocks.total(first);
   const ChargeShape whole = shape(all);
   std::vector<ChargeShape> parts;
-  std::vector<double> rises, falls;
+  std::vector<double> rises, falls, flights, slips;
+  const auto flight_share = [](const ChargeSums& s) { return s.followed > 0 ? s.flown / s.followed : 0; };
+  const auto slip = [&](const ChargeSums& s) { return 1 - s.held_turn / (s.held * shell_speed); };
   for (std::size_t k = first; k < blocks.blocks.size(); ++k) {
     const ChargeSums& s = blocks.blocks[k].sums;
     if (s.samples < 5) continue;
     parts.push_back(shape(s));
+    flights.push_back(flight_share(s));
+    if (s.held > 0 && shell_speed > 0) slips.push_back(slip(s));
     if (s.rises > 0) rises.push_back(s.rise_sum / s.rises);
     if (s.falls > 0) falls.push_back(s.fall_sum / s.falls);
   }
@@ -387,6 +400,8 @@ std::vector<Headline> Charge::headlines(double from) const {
       if (part.porosity) series.push_back(*part.porosity);
     add("bed_porosity", *whole.porosity, "1", series, "void fraction inside the bed");
   }
+  add("flight_share", flight_share(all), "1", flights, "share of the charge that is in free flight, drops below half a diameter left out");
+  if (all.held > 0 && shell_speed > 0) add("shell_slip", slip(all), "1", slips, "how far the balls next to the shell lag behind it: 1 less their angular speed over its own");
   if (all.rises > 0) add("release_height", all.rise_sum / all.rises, "m", rises, "highest less lowest position of a ball within one revolution of the mill, mean over balls");
   if (all.falls > 0) {
     lines.push_back({"fall_height_max", all.fall_max, "m", std::nullopt, "largest drop of a ball in free flight"});

@@ -42,6 +42,8 @@ struct ChargeSums {
   std::vector<double> volume;               // of particles in each cell, summed over samples [m³]
   std::vector<double> flow_ahead, flow_up;  // volume times velocity [m³ m/s]
   std::vector<double> layer;                // volume of the particles next to the shell and not in free flight, by sector [m³]
+  double followed = 0, flown = 0;           // volume of all particles, and of those on flights that count as falls, summed over the samples of paths [m³]
+  double held = 0, held_turn = 0;           // of those counted in `layer`: volume [m³], volume times angular speed about the axis [m³ rad/s]
   std::vector<double> leaving;              // net volume that left that layer inwards, by sector [m³]
   std::vector<ImpactBin> impacts;
   double rises = 0, rise_sum = 0;           // ranges of height within a revolution: number, sum [m]
@@ -49,7 +51,7 @@ struct ChargeSums {
   void add(const ChargeSums& later);
   template <class Archive>
   void archive(Archive& a) {
-    a(samples, volume, flow_ahead, flow_up, layer, leaving, impacts, rises, rise_sum, falls, fall_sum, fall_max);
+    a(samples, volume, flow_ahead, flow_up, layer, followed, flown, held, held_turn, leaving, impacts, rises, rise_sum, falls, fall_sum, fall_max);
   }
 };
 
@@ -58,10 +60,11 @@ struct BallTrack {
   double lowest = 0, highest = 0;  // in this revolution [m]
   double apex = 0, last = 0;       // of this flight, and the height at the last sample [m]
   double held_angle = 0;           // where it last was next to the shell and not in free flight [degrees]
+  std::int32_t flight_samples = 0; // of this flight
   std::uint8_t known = 0, in_layer = 0, flying = 0, whole_flight = 0;
   template <class Archive>
   void archive(Archive& a) {
-    a(lowest, highest, apex, last, held_angle, known, in_layer, flying, whole_flight);
+    a(lowest, highest, apex, last, held_angle, flight_samples, known, in_layer, flying, whole_flight);
   }
 };
 
@@ -81,6 +84,7 @@ struct Charge {
   double mean_diameter = 0;        // weighted by volume [m]
   double next_sample = 0, next_revolution = 0;  // [s]
   double interval = 0;             // between samples [s]
+  double shell_speed = 0;          // [rad/s]
   std::int64_t sampled = 0;        // every fourth sample goes into the fields as well
   std::array<double, 2> line_point{0, 0}, line_direction{0, 1};  // of the velocity profile: horizontal, vertical [m]
   bool began = false;
@@ -99,7 +103,7 @@ struct Charge {
 
   template <class Archive>
   void archive(Archive& a) {
-    a(grid, blocks, balls, layer_from, mean_diameter, next_sample, next_revolution, interval, sampled, line_point[0], line_point[1], line_direction[0], line_direction[1], began);
+    a(grid, blocks, balls, layer_from, mean_diameter, next_sample, next_revolution, interval, shell_speed, sampled, line_point[0], line_point[1], line_direction[0], line_direction[1], began);
   }
 
  private:
