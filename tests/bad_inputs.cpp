@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 #include "src/base/random.hpp"
+#include "tests/places.hpp"
 
 namespace fs = std::filesystem;
 
@@ -18,7 +19,7 @@ struct Answer {
 };
 
 Answer run_quern(const std::string& arguments) {
-  const std::string command = std::string("'") + QUERN_PROGRAM + "' " + arguments + " 2>&1 >/dev/null";
+  const std::string command = std::string("'") + quern::program + "' " + arguments + " 2>&1 >/dev/null";
   FILE* pipe = popen(command.c_str(), "r");
   Answer answer;
   std::array<char, 4096> buffer;
@@ -52,7 +53,7 @@ struct Folder {
 
 TEST_CASE("Each bad case exits 2 with one or two sentences that say what and where", "[bad]") {
   int count = 0;
-  for (const auto& entry : fs::directory_iterator(std::string(QUERN_SOURCE_DIR) + "/tests/bad_cases")) {
+  for (const auto& entry : fs::directory_iterator(std::string(quern::source_directory) + "/tests/bad_cases")) {
     if (entry.path().extension() != ".toml") continue;
     // Its first lines say what the answer must contain.
     std::ifstream stream(entry.path());

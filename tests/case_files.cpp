@@ -11,13 +11,14 @@
 #include "src/case/reference.hpp"
 #include "src/case/values.hpp"
 #include "src/contact/restitution.hpp"
+#include "tests/places.hpp"
 
 using namespace quern;
 using Catch::Contains;
 
 namespace {
 
-const std::string mill_case = std::string(QUERN_SOURCE_DIR) + "/cases/mill_545mm/case.toml";
+const std::string mill_case = std::string(quern::source_directory) + "/cases/mill_545mm/case.toml";
 
 // A case in a file of its own, removed at the end.
 struct TemporaryCase {
@@ -116,7 +117,7 @@ TEST_CASE("Every key of the table has a meaning, a default of its own kind and a
 }
 
 TEST_CASE("The page of keys is the one that the program makes", "[case]") {
-  std::ifstream stream(std::string(QUERN_SOURCE_DIR) + "/docs/case-reference.md");
+  std::ifstream stream(std::string(quern::source_directory) + "/docs/case-reference.md");
   const std::string page(std::istreambuf_iterator<char>(stream), {});
   CHECK(page == case_reference());  // quern list keys --markdown > docs/case-reference.md
 }

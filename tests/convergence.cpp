@@ -10,6 +10,7 @@
 #include "src/observe/observers.hpp"
 #include "src/output/run.hpp"
 #include "tests/folder.hpp"
+#include "tests/places.hpp"
 
 using namespace quern;
 
@@ -114,7 +115,7 @@ struct Mill {
   static Case read(const std::vector<std::string>& more) {
     std::vector<std::string> overrides = {"material.steel.young=2e7", "mill.vials=1", "mill.speed=40", "observe.start=0.3", "observe.charge=false", "duration=8"};
     overrides.insert(overrides.end(), more.begin(), more.end());
-    return read_case(std::string(QUERN_SOURCE_DIR) + "/cases/planetary_250rpm/case.toml", overrides);
+    return read_case(std::string(quern::source_directory) + "/cases/planetary_250rpm/case.toml", overrides);
   }
   RunSummary run(const RunOptions& options) { return run_simulation(built.simulation, observers, output, options, c.duration); }
 };

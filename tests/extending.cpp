@@ -4,13 +4,14 @@
 #include <sstream>
 #include "src/base/triple.hpp"
 #include "tests/extending_law.hpp"
+#include "tests/places.hpp"
 
 using namespace quern;
 
 namespace {
 
 std::string text_of(const std::string& file) {
-  std::ifstream in(std::string(QUERN_SOURCE_DIR) + "/" + file);
+  std::ifstream in(std::string(quern::source_directory) + "/" + file);
   std::ostringstream text;
   text << in.rdbuf();
   return text.str();

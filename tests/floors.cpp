@@ -4,6 +4,7 @@
 #include <fstream>
 #include <map>
 #include <regex>
+#include "tests/places.hpp"
 
 namespace {
 
@@ -21,7 +22,7 @@ int floor_of(const std::string& path) {
 }  // namespace
 
 TEST_CASE("no file includes a floor above its own") {
-  const std::filesystem::path root = QUERN_SOURCE_DIR;
+  const std::filesystem::path root = quern::source_directory;
   const std::regex include("^\\s*#include \"([^\"]+)\"");
   std::size_t files = 0;
   for (const char* top : {"src", "bonds", "mills", "shapes"}) {

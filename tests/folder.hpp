@@ -7,6 +7,7 @@
 #include <fstream>
 #include <iterator>
 #include <string>
+#include "tests/places.hpp"
 
 namespace quern {
 
@@ -31,7 +32,7 @@ struct Folder {
 
 // Runs `quern` with these arguments; its words go to the file `log`. Returns its exit status, −1 where it did not end by itself.
 inline int run_quern(const std::string& arguments, const std::filesystem::path& log) {
-  const std::string command = std::string("'") + QUERN_PROGRAM + "' " + arguments + " > '" + log.string() + "' 2>&1";
+  const std::string command = std::string("'") + quern::program + "' " + arguments + " > '" + log.string() + "' 2>&1";
   const int status = std::system(command.c_str());
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }

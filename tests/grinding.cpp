@@ -10,6 +10,7 @@
 #include "src/grinding/passing_size.hpp"
 #include "src/grinding/power_law.hpp"
 #include "tests/folder.hpp"
+#include "tests/places.hpp"
 
 using namespace quern;
 namespace fs = std::filesystem;
@@ -327,7 +328,7 @@ TEST_CASE("quern validate holds fits to measured sizes against their bands", "[c
   const auto validate = [&](const std::string& run) {
     folder.write("case/check.toml", "source = \"made\"\n[[run]]\nname = \"a\"\n" + run +
                                         "\n[[figure]]\nname = \"b\"\nrun = \"a\"\nvalue = \"rate_exponent_D80\"\nreference = 0.9\nkind = \"closed form\"\nband = [0.89, 0.91]\n");
-    const std::string command = std::string("'") + QUERN_PROGRAM + "' validate '" + (folder.path / "case").string() + "' --out '" + (folder.path / "out").string() + "' > '" + (folder.path / "log").string() + "' 2>&1";
+    const std::string command = std::string("'") + quern::program + "' validate '" + (folder.path / "case").string() + "' --out '" + (folder.path / "out").string() + "' > '" + (folder.path / "log").string() + "' 2>&1";
     return WEXITSTATUS(std::system(command.c_str()));
   };
   CHECK(validate("grinding = \"sizes.csv\"") == 0);
@@ -340,7 +341,7 @@ TEST_CASE("quern validate holds fits to measured sizes against their bands", "[c
 
 TEST_CASE("the measured kinetics of cases/kinetics_real come out as its page says", "[cli]") {
   const GrindingFolder folder;
-  const std::string source = std::string(QUERN_SOURCE_DIR) + "/cases/kinetics_real/";
+  const std::string source = std::string(quern::source_directory) + "/cases/kinetics_real/";
   REQUIRE(folder.grind("'" + source + "shear_psd.csv' --against speed --limit 0 --no-pictures --out '" + (folder.path / "shear").string() + "'") == 0);
   const nlohmann::json shear = folder.summary("shear");
   CHECK(shear["rate_exponent_D80"]["value"].get<double>() == Approx(2.68).epsilon(0.01));

@@ -2,12 +2,13 @@
 #include <catch2/catch.hpp>
 #include <map>
 #include <string>
+#include "tests/places.hpp"
 
 using namespace quern;
 
 namespace {
 
-const std::string small_mill = std::string(QUERN_SOURCE_DIR) + "/cases/mill_545mm/case.toml";
+const std::string small_mill = std::string(quern::source_directory) + "/cases/mill_545mm/case.toml";
 
 std::map<std::string, double> headlines_of(const Case& c) {
   std::map<std::string, double> values;
@@ -35,6 +36,6 @@ TEST_CASE("Power models keep silent where they do not reach") {
 }
 
 TEST_CASE("A mill's length may be told by its diameter") {
-  const Case c = read_case(std::string(QUERN_SOURCE_DIR) + "/cases/mill_127_254_508mm/case.toml", {"mill.diameter=127 mm"});
+  const Case c = read_case(std::string(quern::source_directory) + "/cases/mill_127_254_508mm/case.toml", {"mill.diameter=127 mm"});
   CHECK(c.mill->length == Approx(1.15 * 0.127));
 }

@@ -9,6 +9,7 @@
 #include "src/case/build.hpp"
 #include "src/observe/observers.hpp"
 #include "src/observe/seat.hpp"
+#include "tests/places.hpp"
 
 using namespace quern;
 
@@ -19,7 +20,7 @@ struct Estimate {
 };
 
 std::map<std::string, Estimate> run(const std::vector<std::string>& overrides, double duration) {
-  const Case c = read_case(std::string(QUERN_SOURCE_DIR) + "/cases/planetary_250rpm/case.toml", overrides);
+  const Case c = read_case(std::string(quern::source_directory) + "/cases/planetary_250rpm/case.toml", overrides);
   Built built = build_case(c);
   Observers observers(built.observe);
   Simulation& s = built.simulation;
@@ -87,7 +88,7 @@ TEST_CASE("Vials that turn fast enough with the disc carry their charge round at
   const double speed = 40, ratio = 8;
   double depth_before = 0;
   for (const bool disc_axes : {false, true}) {
-    const Case c = read_case(std::string(QUERN_SOURCE_DIR) + "/cases/planetary_250rpm/case.toml",
+    const Case c = read_case(std::string(quern::source_directory) + "/cases/planetary_250rpm/case.toml",
                              {disc_axes ? "mill.axes=disc" : "mill.axes=fixed", "material.steel.young=2e7", "mill.vials=1", "mill.filling=0.1", "mill.speed=" + std::to_string(speed),
                               "mill.speed_ratio=" + std::to_string(ratio), "species.ball.diameter=0.008", "observe.charge=false", "observe.start=1.5", "duration=2"});
     Built built = build_case(c);
@@ -117,7 +118,7 @@ TEST_CASE("Vials that turn fast enough with the disc carry their charge round at
 
 TEST_CASE("The power of a planetary mill by torque on both axes is what the ledger finds dissipated") {
   for (const char* axes : {"mill.axes=fixed", "mill.axes=disc"}) {
-    const Case c = read_case(std::string(QUERN_SOURCE_DIR) + "/cases/planetary_250rpm/case.toml",
+    const Case c = read_case(std::string(quern::source_directory) + "/cases/planetary_250rpm/case.toml",
                              {axes, "material.steel.young=1e8", "observe.start=0.5", "observe.charge=false"});
     Built built = build_case(c);
     Observers observers(built.observe);

@@ -10,6 +10,7 @@
 #include "src/wall/mesh_shapes.hpp"
 #include "src/wall/stl.hpp"
 #include "tests/scene.hpp"
+#include "tests/places.hpp"
 
 using namespace quern;
 
@@ -200,7 +201,7 @@ TEST_CASE("A vial read from an STL file holds its balls like the cylinder that i
   const fs::path vial = folder / "vial.stl";
   // In millimetres; the discs' normals need not look inward, reading turns them.
   write_stl(vial, joined(cylinder_jacket(25, -20, 20, 90, FreeSide::inside), joined(disc_mesh(25, -20, 90), disc_mesh(25, 20, 90))));
-  const std::string file = std::string(QUERN_SOURCE_DIR) + "/cases/planetary_250rpm/case.toml";
+  const std::string file = std::string(quern::source_directory) + "/cases/planetary_250rpm/case.toml";
   const auto power = [&](const std::vector<std::string>& more) {
     std::vector<std::string> overrides = {"material.steel.young=2e7", "mill.length=0.04", "duration=1.5", "observe.charge=false"};
     overrides.insert(overrides.end(), more.begin(), more.end());

@@ -4,6 +4,7 @@
 #include <set>
 #include "src/case/build.hpp"
 #include "src/observe/observers.hpp"
+#include "tests/places.hpp"
 
 using namespace quern;
 
@@ -84,7 +85,7 @@ void check_sums(const Outcome& o) {
 }  // namespace
 
 TEST_CASE("Spectra of a planetary mill with balls of two sizes and powder add up to the ledger, pair by pair") {
-  const Case c = read_case(std::string(QUERN_SOURCE_DIR) + "/cases/planetary_250rpm/case.toml",
+  const Case c = read_case(std::string(quern::source_directory) + "/cases/planetary_250rpm/case.toml",
                            {"material.steel.young=2e7", "duration=0.7", "mill.vials=1", "mill.speed=40", "observe.charge=false", "observe.start=0.3", "mill.filling=0.25",
                             "species.large.material=steel", "species.large.diameter=0.018", "insert.large.species=large", "insert.large.count=2",
                             "species.powder.material=steel", "species.powder.diameter=0.004", "insert.powder.species=powder", "insert.powder.count=60"});
@@ -114,6 +115,6 @@ TEST_CASE("Spectra of a planetary mill with balls of two sizes and powder add up
 }
 
 TEST_CASE("Spectra of a tumbling mill that is watched from the middle of a run add up to the ledger") {
-  const Case c = read_case(std::string(QUERN_SOURCE_DIR) + "/cases/mill_545mm/case.toml", {"duration=1.2", "observe.start=0.7", "observe.charge=false", "material.steel.young=2e7"});
+  const Case c = read_case(std::string(quern::source_directory) + "/cases/mill_545mm/case.toml", {"duration=1.2", "observe.start=0.7", "observe.charge=false", "material.steel.young=2e7"});
   check_sums(watch(c, 0.7));
 }

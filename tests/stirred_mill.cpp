@@ -9,6 +9,7 @@
 #include "src/wall/stl.hpp"
 #include "tests/folder.hpp"
 #include "tests/scene.hpp"
+#include "tests/places.hpp"
 
 using namespace quern;
 
@@ -147,7 +148,7 @@ TEST_CASE("A pin throws a ball that lies in its way at twice its own speed") {
 }
 
 TEST_CASE("A stirred mill gives its charge what its drive delivers, and its walls hold it") {
-  const std::string file = std::string(QUERN_SOURCE_DIR) + "/cases/stirred_power/case.toml";
+  const std::string file = std::string(quern::source_directory) + "/cases/stirred_power/case.toml";
   const Case c = read_case(file, {"duration=0.1", "species.bead.diameter=0.012", "mill.ramp=0.02", "observe.start=0.05"});
   const Built built = build_case(c);
   CHECK(built.filling == Approx(0.4).epsilon(0.01));

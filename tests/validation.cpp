@@ -6,6 +6,7 @@
 #include <fstream>
 #include "src/base/error.hpp"
 #include "src/case/validation.hpp"
+#include "tests/places.hpp"
 
 using namespace quern;
 
@@ -135,7 +136,7 @@ TEST_CASE("results are remembered, and the page shows misses as plainly as hits"
 
 TEST_CASE("every check of a case in this project can be read") {
   int count = 0;
-  for (const auto& entry : fs::directory_iterator(fs::path(QUERN_SOURCE_DIR) / "cases")) {
+  for (const auto& entry : fs::directory_iterator(fs::path(quern::source_directory) / "cases")) {
     if (!fs::exists(entry.path() / "check.toml")) continue;
     CAPTURE(entry.path().string());
     CHECK_NOTHROW(read_check(entry.path().string()));
