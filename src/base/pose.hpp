@@ -15,4 +15,7 @@ struct Pose {
   Vec3 velocity_at(const Vec3& fixed) const { return velocity + angular_velocity.cross(fixed - origin); }
 };
 
+// Some right-handed axes whose z is the given unit vector.
+inline Mat3 axes_with_z(const Vec3& z) { return Rotation::FromTwoVectors(Vec3::UnitZ(), z).toRotationMatrix(); }
+
 }  // namespace quern

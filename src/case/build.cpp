@@ -4,26 +4,17 @@
 #include <cmath>
 #include <numbers>
 #include "src/base/error.hpp"
+#include "src/case/insertion.hpp"
+#include "src/case/reading.hpp"
 #include "src/contact/linearize.hpp"
 #include "src/contact/restitution.hpp"
-#include "src/particle/packing.hpp"
 #include "src/wall/mesh_shapes.hpp"
 #include "src/wall/stl.hpp"
 
 namespace quern {
 namespace {
 
-constexpr double tolerated_overlap = 1e-6;  // at the start, in radii
-
-[[noreturn]] void refuse(const std::string& where, const std::string& key, const std::string& what) {
-  std::string sentence = fmt::format("{}: {}: {}", where, key, what);
-  if (sentence.back() != '.' && sentence.back() != '?') sentence += '.';
-  throw InputError(sentence);
-}
-
 std::string key_of(const PairCase& pair) { return pair.a == "default" ? "pair.default" : "pair." + pair.a + "." + pair.b; }
-
-Mat3 axes_with_z(const Vec3& z) { return Rotation::FromTwoVectors(Vec3::UnitZ(), z).toRotationMatrix(); }
 
 Wall wall_of(const WallCase& w, Index frame, const Pose& carrier) {
   Wall wall;
@@ -91,108 +82,6 @@ void make_laws(const Case& c, Simulation& s) {
       if (s.pair_laws.size() >= 255) throw InputError(c.file + ": more than 255 pairs of materials can meet; allowed are at most 255.");
       s.pair_laws.push_back(law_of(*chosen, s.materials[a], s.materials[b], ball.mass, ball.diameter, c.file));
       s.pair_kind[a * count + b] = s.pair_kind[b * count + a] = static_cast<std::uint8_t>(s.pair_laws.size() - 1);
-    }
-  }
-}
-
-// `vial`: of a planetary mill.
-Region region_of(const InsertCase& insert, const Case& c, int vial) {
-  Region region;
-  if (insert.shape == InsertCase::Shape::mill) return c.planetary ? inside_of(*c.planetary, vial) : c.stirred ? inside_of(*c.stirred) : inside_of(*c.mill);
-  region.pose.origin = insert.centre;
-  switch (insert.shape) {
-    case InsertCase::Shape::box: region.shape = BoxRegion{-0.5 * insert.size, 0.5 * insert.size}; break;
-    case InsertCase::Shape::sphere: region.shape = SphereRegion{insert.radius}; break;
-    default:
-      region.shape = CylinderRegion{insert.radius, -0.5 * insert.length, 0.5 * insert.length};
-      region.pose.axes = axes_with_z(insert.axis);
-  }
-  return region;
-}
-
-bool same_place(const InsertCase& a, const InsertCase& b) {
-  return a.method == b.method && a.shape == b.shape && a.centre == b.centre && a.axis == b.axis && a.size == b.size && a.radius == b.radius &&
-         a.length == b.length && a.velocity == b.velocity && a.spin == b.spin;
-}
-
-void add_ball(Simulation& s, const Case& c, std::uint8_t species, const Vec3& centre, double diameter, const Vec3& velocity, const Vec3& spin) {
-  const SpeciesCase& kind = c.species[species];
-  const auto row = static_cast<std::size_t>(s.particles.add_sphere(triple(centre), 0.5 * diameter, kind.density, kind.material, species));
-  set(s.particles.velocity[row], velocity);
-  set(s.particles.spin[row], spin);
-}
-
-std::vector<Quad> those_in(const PlanetaryMill& mill, int vial, const std::vector<Quad>& balls) {
-  std::vector<Quad> inside;
-  const Pose pose = vial_pose(mill, vial);
-  for (const Quad& ball : balls) {
-    const Vec3 own = pose.to_local(vec(ball));
-    if (std::hypot(own.x(), own.y()) < 0.5 * mill.vial_diameter && std::abs(own.z()) < 0.5 * mill.vial_length) inside.push_back(ball);
-  }
-  return inside;
-}
-
-void refuse_overlaps(const InsertCase& insert, double allowed, const Simulation& s) {
-  const double overlap = largest_overlap(s.particles.position, s.walls, s.domain);
-  if (overlap > allowed)
-    refuse(insert.where, "insert." + insert.name, fmt::format("found particles that overlap each other or a wall by {:.3g} of the smaller radius at the start; allowed is {}", overlap, allowed > tolerated_overlap ? fmt::format("{:g} (allowed_overlap)", allowed) : "none"));
-}
-
-// Of all vials together; 0 without a mill [m³].
-double mill_volume(const Case& c) {
-  if (c.planetary) return c.planetary->vials * volume(*c.planetary);
-  if (c.stirred) return volume(*c.stirred);
-  return c.mill ? volume(*c.mill) : 0.0;
-}
-
-// Listed particles first, since the packed ones make way for them.
-void insert_particles(const Case& c, Simulation& s) {
-  double allowed_overlap = 0;
-  for (std::size_t k = 0; k < c.inserts.size(); ++k) {
-    const InsertCase& insert = c.inserts[k];
-    if (insert.method != InsertCase::Method::list) continue;
-    RandomStream random(c.seed, 1000 + k);
-    for (const InsertCase::Ball& ball : insert.balls) {
-      const double diameter = ball.diameter > 0 ? ball.diameter : c.species[insert.species].sizes.sample(random);
-      add_ball(s, c, insert.species, ball.position, diameter, ball.velocity, ball.spin);
-    }
-    allowed_overlap = std::max(allowed_overlap, insert.allowed_overlap);
-    refuse_overlaps(insert, allowed_overlap, s);
-  }
-  std::vector<bool> done(c.inserts.size());
-  const double reference_volume = mill_volume(c) / (c.planetary ? c.planetary->vials : 1);
-  for (std::size_t k = 0; k < c.inserts.size(); ++k) {
-    const InsertCase& first = c.inserts[k];
-    if (done[k] || first.method == InsertCase::Method::list) continue;
-    PackingRequest request;
-    request.reference_volume = reference_volume;
-    if (c.gravity.norm() > 0) request.gravity = c.gravity;
-    request.domain = s.domain;
-    // What goes into the same place in the same way is packed together, so that it mixes.
-    for (std::size_t other = k; other < c.inserts.size(); ++other) {
-      const InsertCase& insert = c.inserts[other];
-      if (done[other] || !same_place(first, insert)) continue;
-      done[other] = true;
-      const SpeciesCase& species = c.species[insert.species];
-      request.portions.push_back({insert.species, species.density, species.sizes, insert.count, insert.mass, insert.filling});
-    }
-    const bool in_vials = c.planetary && first.shape == InsertCase::Shape::mill;
-    const Turn disc = in_vials ? turn_at(disc_motion(*c.planetary), 0) : Turn{};
-    for (int vial = 0; vial < (in_vials ? c.planetary->vials : 1); ++vial) {
-      request.region = region_of(first, c, vial);
-      request.present = in_vials ? those_in(*c.planetary, vial, s.particles.position) : s.particles.position;
-      request.seed = c.seed + k + 1000 * static_cast<std::uint64_t>(vial);
-      try {
-        const Packing packing = first.method == InsertCase::Method::rain ? pack_rain(request, s.walls) : pack_dense(request, s.walls);
-        if (packing.largest_overlap > tolerated_overlap)
-          throw InputError(fmt::format("the packing found leaves overlaps of {:.3g} radii; ask for less, or a larger region", packing.largest_overlap));
-        for (std::size_t i = 0; i < packing.position.size(); ++i) {
-          const Vec3 carried_along = disc.speed * disc.axis.cross(packing.position[i] - disc.centre);
-          add_ball(s, c, packing.species[i], packing.position[i], packing.diameter[i], first.velocity + carried_along, first.spin + disc.speed * disc.axis);
-        }
-      } catch (const InputError& e) {
-        refuse(first.where, "insert." + first.name, e.what());
-      }
     }
   }
 }
@@ -318,11 +207,13 @@ Mesh read_part(const Case& c, const MeshFile& file, const std::string& key, Free
   }
 }
 
-// The case with what its mill takes from files.
+// The case with the parts that it takes from files.
 Case with_parts(Case c) {
   if (!c.vial_file.name.empty()) c.planetary->vessel = read_part(c, c.vial_file, "mill.vial_file", FreeSide::inside);
   if (!c.vessel_file.name.empty()) c.stirred->vessel = read_part(c, c.vessel_file, "mill.vessel_file", FreeSide::inside);
   if (!c.stirrer_file.name.empty()) c.stirred->stirrer = read_part(c, c.stirrer_file, "mill.stirrer_file", FreeSide::outside);
+  for (AgglomerateCase& body : c.agglomerates)
+    if (!body.mesh.name.empty()) body.request.shape = read_part(c, body.mesh, "agglomerate." + body.name + ".file", FreeSide::outside);
   return c;
 }
 
@@ -412,7 +303,7 @@ Built build_case(const Case& given) {
     s.walls.push_back(wall_of(wall, frame, frame < 0 ? Pose{} : poses[static_cast<std::size_t>(frame)]));
   }
 
-  insert_particles(c, s);
+  built.bodies = insert_particles(c, s);
   if (c.planetary && c.planetary->axes == PlanetaryMill::Axes::disc) turn_with_disc(*c.planetary, s);
   make_laws(c, s);
   choose_time_step(c, built);

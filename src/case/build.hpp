@@ -12,6 +12,7 @@ struct Built {
   TimeStepLimit limit;        // of the time step, and what sets it
   double expected_speed = 0;  // the greatest speed of approach that the limit reckons with [m/s]
   double filling = 0;         // bulk volume of all particles over the volume of the mill; 0 without a mill
+  std::vector<std::pair<std::string, BodyReport>> bodies;  // by agglomerate: what one is like
   std::vector<std::string> warnings;  // of the case and of building
 };
 

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <functional>
 #include "src/base/error.hpp"
+#include "src/case/agglomerate_input.hpp"
 #include "src/case/csv.hpp"
 #include "src/case/mill_input.hpp"
 #include "src/case/reading.hpp"
@@ -211,12 +212,15 @@ WallCase read_wall(const Values& v, const std::string& name, const std::vector<s
   return wall;
 }
 
-InsertCase read_insert(const Values& v, const std::string& name, const std::vector<SpeciesCase>& species, bool mill) {
+InsertCase read_insert(const Values& v, const std::string& name, const Case& c, bool mill) {
   const std::string t = "insert." + name;
   InsertCase insert;
   insert.name = name;
   insert.where = v.where.at(split_path(t));
-  insert.species = index_of(v, t + ".species", names_of(species), "species");
+  if (v.has(t + ".species") == v.has(t + ".agglomerate")) v.refuse(t, "an insertion needs a species or an agglomerate, one of the two");
+  if (v.has(t + ".species")) insert.species = index_of(v, t + ".species", names_of(c.species), "species");
+  else insert.agglomerate = index_of(v, t + ".agglomerate", names_of(c.agglomerates), "agglomerate");
+  insert.turn = v.vector(t + ".turn");
   insert.velocity = v.vector(t + ".velocity");
   insert.spin = v.vector(t + ".spin");
   const bool listed = v.has(t + ".positions") || v.has(t + ".file");
@@ -339,6 +343,7 @@ Case read_case(const std::string& file, const std::vector<std::string>& override
     c.species.push_back({name, material, v.number_if(t + ".density").value_or(c.materials[material].density), read_sizes(v, t)});
   }
 
+  read_agglomerates(v, c);
   read_mill(v, materials, c);
   const bool has_mill = v.has_table("mill");
   const std::vector<std::string> carriers = mill_frames(c);
@@ -346,11 +351,17 @@ Case read_case(const std::string& file, const std::vector<std::string>& override
   std::vector<std::string> frames = names_of(c.frames);
   frames.insert(frames.end(), carriers.begin(), carriers.end());
   for (const std::string& name : v.names("wall")) c.walls.push_back(read_wall(v, name, materials, frames));
-  for (const std::string& name : v.names("insert")) c.inserts.push_back(read_insert(v, name, c.species, has_mill));
+  for (const std::string& name : v.names("insert")) c.inserts.push_back(read_insert(v, name, c, has_mill));
   if (c.inserts.empty()) v.refuse("", "the case inserts nothing; at least one [insert.<name>] is needed");
 
   double largest = 0;
   for (const InsertCase& insert : c.inserts) {
+    if (insert.agglomerate) {
+      const AgglomerateCase& body = c.agglomerates[*insert.agglomerate];
+      for (const GrainPortion& portion : body.request.portions) largest = std::max(largest, portion.sizes.largest());
+      for (const Grain& grain : body.grains) largest = std::max(largest, grain.diameter);
+      continue;
+    }
     largest = std::max(largest, c.species[insert.species].sizes.largest());
     for (const InsertCase::Ball& ball : insert.balls) largest = std::max(largest, ball.diameter);
   }

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <vector>
+#include "bonds/agglomerate.hpp"
 #include "mills/frame.hpp"
 #include "mills/planetary.hpp"
 #include "mills/stirred.hpp"
@@ -49,6 +50,27 @@ struct SpeciesCase {
   SizeDistribution sizes;
 };
 
+// A part that an STL file has instead of numbers.
+struct MeshFile {
+  std::string name;  // absolute; "": none
+  double scale = 1;  // [m per unit of the file]
+};
+
+// What a table [bond.<a>.<b>] says of two species.
+struct BondCase {
+  std::string a, b;  // "default" twice for [bond.default]
+  BondMaterial material;
+};
+
+struct AgglomerateCase {
+  std::string name, where;
+  BodyRequest request;        // its seed is the case's; a mesh is read when it is built
+  MeshFile mesh;
+  std::vector<Grain> grains;  // read from a file, instead of a request
+  bool triangulated = false;
+  double gap = 0;             // [m]
+};
+
 struct FrameCase {
   std::string name, parent;  // parent "": the fixed frame
   Motion motion;
@@ -67,12 +89,6 @@ struct WallCase {
   bool open = false;  // mesh: need not be closed
 };
 
-// A part of a mill that an STL file has instead of numbers.
-struct MeshFile {
-  std::string name;  // absolute; "": none
-  double scale = 1;  // [m per unit of the file]
-};
-
 struct InsertCase {
   enum class Method { packing, rain, list };
   enum class Shape { mill, box, cylinder, sphere };
@@ -82,6 +98,8 @@ struct InsertCase {
   };
   std::string name, where;
   std::uint8_t species = 0;
+  std::optional<std::size_t> agglomerate;  // instead of the species
+  Vec3 turn = Vec3::Zero();                // of listed agglomerates [rad]
   Method method = Method::packing;
   std::int64_t count = 0;  // one of count, mass, filling
   double mass = 0;         // [kg]
@@ -113,6 +131,8 @@ struct Case {
   std::vector<Material> materials;
   std::vector<PairCase> pairs;
   std::vector<SpeciesCase> species;
+  std::vector<BondCase> bonds;
+  std::vector<AgglomerateCase> agglomerates;
   std::vector<FrameCase> frames;  // parents before their children
   std::vector<WallCase> walls;
   std::optional<TumblingMill> mill;

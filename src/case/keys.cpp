@@ -66,6 +66,31 @@ constexpr Key table[] = {
     {"species.<name>.largest", number, "m", "", positive, "", "lognormal, rosin_rammler: diameters above are cut off", ""},
     {"species.<name>.table", file, "", "", any, "", "table: CSV file of diameter [m] and mass fraction finer [1], beside the case", ""},
 
+    // Bodies of bonded grains
+    {"bond.<a>.<b>.young", number, "Pa", "", positive, "", "Young's modulus of the cement between grains of two species; bond.default serves every two without a table of their own", "Potyondy & Cundall 2004"},
+    {"bond.<a>.<b>.stiffness_ratio", number, "1", "2.5", {1, 100}, "", "Normal over shear stiffness, E_b/G_b", "Potyondy & Cundall 2004"},
+    {"bond.<a>.<b>.normal_stiffness", number, "N/m3", "", positive, "", "Normal stiffness per area, instead of young", "S2 eq. 1.5"},
+    {"bond.<a>.<b>.tensile_strength", number, "Pa", "", positive, "", "Greatest stress of tension and bending; default: it never fails so", "S2 eq. 1.10"},
+    {"bond.<a>.<b>.shear_strength", number, "Pa", "", positive, "", "Greatest stress of shear and twist; default: it never fails so", "S2 eq. 1.11"},
+    {"bond.<a>.<b>.strength", word, "", "\"constant\"", any, "constant normal weibull", "How the strengths of bonds scatter: none, about the given mean, or Weibull's law with the given scale", "Weibull 1951"},
+    {"bond.<a>.<b>.deviation", number, "1", "0", {0, 1}, "", "normal: standard deviation over mean", ""},
+    {"bond.<a>.<b>.modulus", number, "1", "", {0, 1000, true}, "", "weibull: modulus", "Weibull 1951"},
+    {"bond.<a>.<b>.damping", number, "1", "0.05", {0, 1}, "", "Damping of the four springs over critical damping", ""},
+    {"bond.<a>.<b>.radius_ratio", number, "1", "1", {0, 2, true}, "", "Radius of the bond over that of the smaller grain", "Potyondy & Cundall 2004"},
+    {"agglomerate.<name>.shape", word, "", "", any, "sphere cylinder box superquadric mesh", "Shape that grains fill", ""},
+    {"agglomerate.<name>.radius", number, "m", "", positive, "", "sphere, cylinder: radius", ""},
+    {"agglomerate.<name>.length", number, "m", "", positive, "", "cylinder: length, along z", ""},
+    {"agglomerate.<name>.size", vector, "m", "", positive, "", "box: edges; superquadric: lengths along x, y, z", ""},
+    {"agglomerate.<name>.exponent", number, "1", "2", {2, 20}, "", "superquadric: exponent; 2: ellipsoid", "Jaklič et al. 2000"},
+    {"agglomerate.<name>.file", file, "", "", any, "", "mesh: STL file of a closed surface about the origin", ""},
+    {"agglomerate.<name>.scale", number, "1", "1", positive, "", "mesh: metres per unit of the file", ""},
+    {"agglomerate.<name>.grains", names, "", "", any, "", "Species of the grains", ""},
+    {"agglomerate.<name>.shares", numbers, "1", "", not_negative, "", "Volume of the grains of each species, in proportion; default: equal", ""},
+    {"agglomerate.<name>.solid_fraction", number, "1", "0.58", {0, 0.74, true}, "", "Volume of the grains over that of the shape", ""},
+    {"agglomerate.<name>.bonding", word, "", "\"gap\"", any, "gap triangulation", "Which grains are bonded: all nearer than the gap, or of those the neighbours in the regular triangulation", ""},
+    {"agglomerate.<name>.gap", number, "m", "", not_negative, "", "Gap of two surfaces up to which they are bonded; default: a tenth of the smallest grain's diameter", ""},
+    {"agglomerate.<name>.assembly", file, "", "", any, "", "CSV file of the grains, instead of a shape: x, y, z, diameter [m] and optionally kind, the place of its species in `grains` from 0", ""},
+
     // Motion frames and walls
     {"frame.<name>.parent", name, "", "", any, "", "Frame in which this one moves; default: the fixed frame", ""},
     {"frame.<name>.motion", word, "", "required", any, "rotation table translation oscillation", "How it moves in its parent", ""},
@@ -143,9 +168,11 @@ constexpr Key table[] = {
     {"mill.lifters.shape", word, "", "\"rectangular\"", any, "rectangular trapezoid bar", "Cross-section", ""},
 
     // What is put in
-    {"insert.<name>.species", name, "", "required", any, "", "What is inserted", ""},
+    {"insert.<name>.species", name, "", "", any, "", "What is inserted: particles of this species", ""},
+    {"insert.<name>.agglomerate", name, "", "", any, "", "What is inserted, instead of a species: bonded bodies of this kind", ""},
+    {"insert.<name>.turn", vector, "rad", "[0, 0, 0]", any, "", "list of agglomerates: by which they are turned, a vector along the axis whose length is the angle; packed and raining ones are turned at random", ""},
     {"insert.<name>.method", word, "", "", any, "packing rain list", "packing: dense, from the bottom; rain: at random, dilute; list: at given places. Default: list where positions or a file are given, otherwise packing", ""},
-    {"insert.<name>.count", whole, "1", "", {1, 2e9}, "", "Number of particles; in a planetary mill: in each vial", ""},
+    {"insert.<name>.count", whole, "1", "", {1, 2e9}, "", "Number of particles or agglomerates; in a planetary mill: in each vial", ""},
     {"insert.<name>.mass", number, "kg", "", positive, "", "Mass of particles; in a planetary mill: in each vial", ""},
     {"insert.<name>.filling", number, "1", "", {0, 0.9, true}, "", "Bulk volume (porosity 0.4) over the volume of the mill, or of the region where there is no mill", ""},
     {"insert.<name>.velocity", vector, "m/s", "[0, 0, 0]", any, "", "Velocity at the start, in the fixed frame; what fills a planetary mill: against its disc", ""},
@@ -230,9 +257,9 @@ const std::vector<Path>& patterns() {
   return split;
 }
 
-// [pair.default] stands for two names.
+// [pair.default] and [bond.default] stand for two names.
 Path expanded(const Path& path) {
-  if (path.size() >= 2 && path[0] == "pair" && path[1] == "default") {
+  if (path.size() >= 2 && (path[0] == "pair" || path[0] == "bond") && path[1] == "default") {
     Path longer = path;
     longer.insert(longer.begin() + 2, "default");
     return longer;
@@ -258,7 +285,7 @@ struct Nearest {
     if (key && full.size() >= 2 && pattern.size() > full.size() && std::equal(full.rbegin(), full.rend(), pattern.rbegin())) distance = std::min(distance, 1);
     if (distance >= least) return;
     least = distance;
-    if (named.size() >= 3 && named[0] == "pair" && named[1] == "default" && named[2] == "default") named.erase(named.begin() + 2);
+    if (named.size() >= 3 && (named[0] == "pair" || named[0] == "bond") && named[1] == "default" && named[2] == "default") named.erase(named.begin() + 2);
     name = join_path(named);
   }
 

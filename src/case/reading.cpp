@@ -2,10 +2,17 @@
 #include <fmt/format.h>
 #include <algorithm>
 #include <filesystem>
+#include "src/base/error.hpp"
 
 namespace quern {
 
 namespace fs = std::filesystem;
+
+void refuse(const std::string& where, const std::string& key, const std::string& what) {
+  std::string sentence = fmt::format("{}: {}: {}", where, key, what);
+  if (sentence.back() != '.' && sentence.back() != '?') sentence += '.';
+  throw InputError(sentence);
+}
 
 std::string quoted_list(const std::vector<std::string>& words) {
   return words.empty() ? "none, as the case has none" : fmt::format("one of {}", fmt::join(words, ", "));

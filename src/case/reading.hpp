@@ -14,6 +14,9 @@ std::vector<std::string> names_of(const std::vector<Named>& list) {
   return names;
 }
 
+// Throws InputError: where a key stands, its name, and what is wrong with it.
+[[noreturn]] void refuse(const std::string& where, const std::string& key, const std::string& what);
+
 // "one of a, b, c".
 std::string quoted_list(const std::vector<std::string>& words);
 

@@ -50,7 +50,7 @@ std::string case_reference() {
       "# Everything a case can set\n\n"
       "Made by `quern list keys --markdown` from the program's own table. A quantity is a number in the unit shown or a text with its unit\n"
       "(\"54.5 cm\", \"250 rpm\", \"206 GPa\", \"0.5 %\"). `<name>` stands for a name of yours: letters, digits, `_` and `-`. `[pair.<a>.<b>]` takes\n"
-      "two materials in either order; `[pair.default]` serves the pairs without a table of their own.\n";
+      "two materials in either order; `[pair.default]` serves the pairs without a table of their own; so with `[bond.<a>.<b>]` and two species.\n";
   std::string table = "-";
   for (const Key& key : all_keys()) {
     if (table_of(key) != table) {

@@ -107,7 +107,7 @@ class Reader {
   void place(Path path, const toml::node& node, const std::string& given, bool once) {
     const std::string where = where_of(node, given);
     if (!good_name(path.back())) fail(fmt::format("{}: found the name \"{}\"; allowed are letters, digits, _ and -.", where, shorten(path.back())));
-    if (path.size() >= 3 && path[0] == "pair" && path[1] != "default" && path[1] > path[2]) std::swap(path[1], path[2]);
+    if (path.size() >= 3 && (path[0] == "pair" || path[0] == "bond") && path[1] != "default" && path[1] > path[2]) std::swap(path[1], path[2]);
     const Key* key = find_key(path);
     if (node.is_table()) {
       if (key) refuse(path, where, *key, "a table");
@@ -386,7 +386,7 @@ std::string complete_case(const Values& values) {
     if (!table.empty()) text += fmt::format("\n[{}]\n", join_path(table));
     for (const Key& key : all_keys()) {
       Path path = split_path(key.path);
-      const bool pair_default = table.size() == 2 && table[0] == "pair" && path[0] == "pair";
+      const bool pair_default = table.size() == 2 && (table[0] == "pair" || table[0] == "bond") && path[0] == table[0];
       if (!pair_default && path.size() != table.size() + 1) continue;
       const std::string leaf = path.back();
       path = table;

@@ -63,6 +63,14 @@ void print_laws(const Built& built) {
   }
 }
 
+void print_bodies(const Built& built) {
+  for (const auto& [name, body] : built.bodies) {
+    fmt::print("Agglomerate {}: {} grains, {} bonds, {:.3g} bonds at a grain", name, body.grains, body.bonds, body.coordination);
+    if (body.solid_fraction > 0) fmt::print(", solid fraction {:.3g} (porosity {:.3g})", body.solid_fraction, 1 - body.solid_fraction);
+    fmt::print("{}\n", body.pieces == 1 ? "" : fmt::format(", in {} pieces that no bond joins", body.pieces));
+  }
+}
+
 int explain(const CheckWords& words) {
   const Case c = read_case(words.file, words.overrides);
   const Built built = build_case(c);
@@ -73,6 +81,7 @@ int explain(const CheckWords& words) {
   }
   fmt::print("Case        {}{}\n", c.name, c.title.empty() ? "" : ": " + c.title);
   print_particles(c, s);
+  print_bodies(built);
   print_walls(s);
   print_laws(built);
   if (c.mill) {
