@@ -97,7 +97,7 @@ std::vector<Grain> pack_body(const BodyRequest& request) {
   const double room = largest_radius(packing.region, {false, false, false});
   if (0.5 * largest > room)
     throw InputError(fmt::format("found grains of {:.4g} m, larger than the body, which holds none above {:.4g} m", largest, 2 * room));
-  if (is_cut_out(request.shape)) widen(packing.region, largest);
+  if (is_cut_out(request.shape)) widen(packing.region, 3 * largest);
   const double solid = request.solid_fraction * volume(packing.region);
   for (const GrainPortion& portion : request.portions) {
     Portion one;
@@ -109,7 +109,12 @@ std::vector<Grain> pack_body(const BodyRequest& request) {
     packing.portions.push_back(one);
   }
   packing.seed = request.seed;
-  const Packing packed = pack_dense(packing, {});
+  Packing packed;
+  try {
+    packed = pack_dense(packing, {});
+  } catch (const InputError& e) {
+    throw InputError(fmt::format("found a solid fraction of {:g}, which cannot be packed; allowed is less, for a body this small or grains of one size about 0.54. {}", request.solid_fraction, e.what()));
+  }
   std::vector<Grain> grains;
   for (std::size_t k = 0; k < packed.position.size(); ++k) grains.push_back({packed.position[k], packed.diameter[k], packed.species[k]});
   cut_out(request.shape, grains);

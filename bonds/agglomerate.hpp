@@ -30,7 +30,7 @@ struct GrainPortion {
 struct BodyRequest {
   BodyShape shape;
   std::vector<GrainPortion> portions;
-  double solid_fraction = 0.58;  // wanted
+  double solid_fraction = 0.54;  // wanted
   std::uint64_t seed = 1;
 };
 
