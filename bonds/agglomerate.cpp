@@ -61,6 +61,43 @@ void widen(Region& region, double by) {
   box.lower -= Vec3::Constant(by), box.upper += Vec3::Constant(by);
 }
 
+std::vector<Grain> pack_body(const BodyRequest& request, double solid_fraction) {
+  double largest = 0, shares = 0;
+  for (const GrainPortion& portion : request.portions) largest = std::max(largest, portion.sizes.largest()), shares += portion.share;
+  if (request.portions.empty() || !(shares > 0)) throw InputError("an agglomerate needs grains; found none");
+  if (!(solid_fraction > 0 && solid_fraction < 0.74))
+    throw InputError(fmt::format("found a solid fraction of {:g}; allowed is more than 0 and less than 0.74", solid_fraction));
+  PackingRequest packing;
+  packing.region = region_of(request.shape);
+  check(packing.region);
+  const double room = largest_radius(packing.region, {false, false, false});
+  if (0.5 * largest > room)
+    throw InputError(fmt::format("found grains of {:.4g} m, larger than the body, which holds none above {:.4g} m", largest, 2 * room));
+  if (is_cut_out(request.shape)) widen(packing.region, 3 * largest);
+  const double solid = solid_fraction * volume(packing.region);
+  for (const GrainPortion& portion : request.portions) {
+    Portion one;
+    one.species = portion.species;
+    one.sizes = portion.sizes;
+    one.count = std::llround(portion.share / shares * solid / portion.sizes.mean_volume());
+    if (one.count == 0)
+      throw InputError(fmt::format("found a share of {:g} of the grains, less than one grain of {:.4g} m", portion.share / shares, portion.sizes.largest()));
+    packing.portions.push_back(one);
+  }
+  packing.seed = request.seed;
+  Packing packed;
+  try {
+    packed = pack_dense(packing, {});
+  } catch (const InputError& e) {
+    throw InputError(fmt::format("found a solid fraction of {:g}, which cannot be packed; allowed is less, or none for as dense as packs easily. {}", solid_fraction, e.what()));
+  }
+  std::vector<Grain> grains;
+  for (std::size_t k = 0; k < packed.position.size(); ++k) grains.push_back({packed.position[k], packed.diameter[k], packed.species[k]});
+  cut_out(request.shape, grains);
+  if (grains.empty()) throw InputError("found no grain in the body; allowed are smaller grains, or a larger body");
+  return grains;
+}
+
 }  // namespace
 
 double volume(const BodyShape& shape) {
@@ -86,40 +123,15 @@ double reach(const BodyShape& shape) {
 }
 
 std::vector<Grain> pack_body(const BodyRequest& request) {
-  double largest = 0, shares = 0;
-  for (const GrainPortion& portion : request.portions) largest = std::max(largest, portion.sizes.largest()), shares += portion.share;
-  if (request.portions.empty() || !(shares > 0)) throw InputError("an agglomerate needs grains; found none");
-  if (!(request.solid_fraction > 0 && request.solid_fraction < 0.74))
-    throw InputError(fmt::format("found a solid fraction of {:g}; allowed is more than 0 and less than 0.74", request.solid_fraction));
-  PackingRequest packing;
-  packing.region = region_of(request.shape);
-  check(packing.region);
-  const double room = largest_radius(packing.region, {false, false, false});
-  if (0.5 * largest > room)
-    throw InputError(fmt::format("found grains of {:.4g} m, larger than the body, which holds none above {:.4g} m", largest, 2 * room));
-  if (is_cut_out(request.shape)) widen(packing.region, 3 * largest);
-  const double solid = request.solid_fraction * volume(packing.region);
-  for (const GrainPortion& portion : request.portions) {
-    Portion one;
-    one.species = portion.species;
-    one.sizes = portion.sizes;
-    one.count = std::llround(portion.share / shares * solid / portion.sizes.mean_volume());
-    if (one.count == 0)
-      throw InputError(fmt::format("found a share of {:g} of the grains, less than one grain of {:.4g} m", portion.share / shares, portion.sizes.largest()));
-    packing.portions.push_back(one);
+  if (request.solid_fraction) return pack_body(request, *request.solid_fraction);
+  constexpr double easy = 0.54, hardly = 0.3;
+  for (double fraction = easy;; fraction *= 0.97) {
+    try {
+      return pack_body(request, fraction);
+    } catch (const InputError&) {
+      if (fraction < hardly) throw;
+    }
   }
-  packing.seed = request.seed;
-  Packing packed;
-  try {
-    packed = pack_dense(packing, {});
-  } catch (const InputError& e) {
-    throw InputError(fmt::format("found a solid fraction of {:g}, which cannot be packed; allowed is less, for a body this small or grains of one size about 0.54. {}", request.solid_fraction, e.what()));
-  }
-  std::vector<Grain> grains;
-  for (std::size_t k = 0; k < packed.position.size(); ++k) grains.push_back({packed.position[k], packed.diameter[k], packed.species[k]});
-  cut_out(request.shape, grains);
-  if (grains.empty()) throw InputError("found no grain in the body; allowed are smaller grains, or a larger body");
-  return grains;
 }
 
 GrainPairs near_pairs(const std::vector<Grain>& grains, double gap) {

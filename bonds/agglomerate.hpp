@@ -1,6 +1,7 @@
 // Bodies of many grains: a shape is filled with a dense packing of grains of one or several kinds, which are then bonded.
 #pragma once
 #include <array>
+#include <optional>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -30,7 +31,7 @@ struct GrainPortion {
 struct BodyRequest {
   BodyShape shape;
   std::vector<GrainPortion> portions;
-  double solid_fraction = 0.54;  // wanted
+  std::optional<double> solid_fraction;  // wanted; none: as dense as packs easily, 0.54 or, in a body of few grains, less
   std::uint64_t seed = 1;
 };
 

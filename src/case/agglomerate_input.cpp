@@ -104,7 +104,7 @@ AgglomerateCase read_agglomerate(const Values& v, const std::string& name, const
     const std::vector<double> shares = v.has(t + ".shares") ? v.numbers(t + ".shares") : std::vector<double>(kinds.size(), 1.0);
     if (shares.size() != kinds.size()) v.refuse(t + ".shares", fmt::format("found {} numbers; allowed are as many as grains, {}", shares.size(), kinds.size()));
     for (std::size_t k = 0; k < kinds.size(); ++k) body.request.portions.push_back({kinds[k], c.species[kinds[k]].sizes, shares[k]});
-    body.request.solid_fraction = v.number(t + ".solid_fraction");
+    body.request.solid_fraction = v.number_if(t + ".solid_fraction");
     body.request.seed = c.seed;
   }
   body.triangulated = v.text(t + ".bonding") == "triangulation";

@@ -86,7 +86,7 @@ constexpr Key table[] = {
     {"agglomerate.<name>.scale", number, "1", "1", positive, "", "mesh: metres per unit of the file", ""},
     {"agglomerate.<name>.grains", names, "", "", any, "", "Species of the grains", ""},
     {"agglomerate.<name>.shares", numbers, "1", "", not_negative, "", "Volume of the grains of each species, in proportion; default: equal", ""},
-    {"agglomerate.<name>.solid_fraction", number, "1", "0.54", {0, 0.74, true}, "", "Volume of the grains over that of the shape", ""},
+    {"agglomerate.<name>.solid_fraction", number, "1", "", {0, 0.74, true}, "", "Volume of the grains over that of the shape; default: as dense as packs easily, 0.54 or, in a body of few grains, less", ""},
     {"agglomerate.<name>.bonding", word, "", "\"gap\"", any, "gap triangulation", "Which grains are bonded: all nearer than the gap, or of those the neighbours in the regular triangulation", ""},
     {"agglomerate.<name>.gap", number, "m", "", not_negative, "", "Gap of two surfaces up to which they are bonded; default: a tenth of the smallest grain's diameter", ""},
     {"agglomerate.<name>.assembly", file, "", "", any, "", "CSV file of the grains, instead of a shape: x, y, z, diameter [m] and optionally kind, the place of its species in `grains` from 0", ""},
