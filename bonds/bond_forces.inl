@@ -123,14 +123,15 @@ QUERN_INLINE Pack elastic_energy(const BondBatch& b, const BondDeformation& d) {
   store(energies, elastic_energy(batch, d) + Pack(0.5 * step.time_step) * power);
   store(tensions, tension);
   store(shears, shear);
-  alignas(64) Quad places[lanes];
+  alignas(64) Quad places[lanes], normals[lanes];
   const Triple<Pack> place = rows(work.position, batch.first) + Pack(0.5) * d.apart;
   scatter_rows(QuadPack{place.x, place.y, place.z, Pack(0.0)}, [&](int k) { return &places[k].x; });
+  scatter_rows(QuadPack{d.normal.x, d.normal.y, d.normal.z, Pack(0.0)}, [&](int k) { return &normals[k].x; });
   for (; failed != 0; failed &= failed - 1) {
     const int k = __builtin_ctz(failed);
     if (batch.bond[k] < 0) continue;
     const BondFailureMode mode = tensions[k] >= shears[k] ? BondFailureMode::tension : BondFailureMode::shear;
-    bonds.fail(batch, k, {step.time, energies[k], xyz(places[k]), 0, 0, 0, mode});
+    bonds.fail(batch, k, {step.time, energies[k], xyz(places[k]), xyz(normals[k]), 0, 0, 0, mode});
   }
 }
 

@@ -43,7 +43,7 @@ struct BondList {
   void push(const Bond& bond, Index index, Index first_offset, Index second_offset);
   // Fills the idle lanes of the last batch with bonds of no stiffness between two places of the workspace.
   void close(Index idle_offset);
-  // Writes a failure down and makes its lane idle. Only time, energy, place and mode need be given.
+  // Writes a failure down and makes its lane idle. Only time, energy, place, normal and mode need be given.
   void fail(BondBatch& batch, int lane, BondFailure failure);
 
   template <class A>

@@ -39,6 +39,7 @@ struct BondFailure {
   double time;             // [s]
   double energy;           // elastic energy released [J]
   Triple<double> place;    // middle of the bond [m]
+  Triple<double> normal;   // of the crack: unit vector between the centres then, from the first grain to the second
   Index bond;              // in the list
   Index first, second;     // ids of its grains
   BondFailureMode mode;    // the criterion that was exceeded by more

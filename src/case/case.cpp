@@ -302,6 +302,9 @@ ObserverSettings read_observers(const Values& v, Case& c) {
   o.track_interval = v.number("observe.track_interval");
   if (o.track_interval == 0) o.track_interval = 1e-3 * c.duration;
   o.contact_history = v.flag("observe.contact_history");
+  o.fragments = v.flag("observe.fragments");
+  o.fragment_interval = v.number_if("observe.fragment_interval").value_or(c.duration / 1000);
+  if (v.has("observe.impact_direction")) o.impact_direction = direction(v, "observe.impact_direction");
   if (v.has("observe.driven_walls")) c.driven_walls = v.texts("observe.driven_walls");
   return o;
 }

@@ -218,6 +218,9 @@ constexpr Key table[] = {
     {"observe.track", wholes, "1", "", {0, 2e9}, "", "Particles (ids: order of insertion, from 0) whose place, velocity and spin are written against time, track.csv", ""},
     {"observe.track_interval", number, "s", "0", not_negative, "", "Time between rows of track.csv; 0: a thousandth of the run", ""},
     {"observe.contact_history", flag, "", "false", any, "", "Write every contact (contacts.csv) and its force and overlap at each step (contact_history.csv); for at most 1000 particles", ""},
+    {"observe.fragments", flag, "", "true", any, "", "Where grains are bonded: damage against time, the fragments at the end, every bond that failed", ""},
+    {"observe.fragment_interval", number, "s", "", positive, "", "Time between rows of damage.csv; default: a thousandth of the duration", ""},
+    {"observe.impact_direction", vector, "1", "", any, "", "Direction with which those of cracks are compared; default: that in which the bodies move at the start, else down", ""},
     {"observe.line.point", vector, "m", "", any, "", "A point of the line of the velocity profile; default: through the mill's centre, across the free surface", ""},
     {"observe.line.direction", vector, "1", "", any, "", "Direction of that line", ""},
 };

@@ -53,6 +53,10 @@ struct ObserverSettings {
   double track_interval = 0;          // [s]; 0: every step
   bool contact_history = false;       // every contact, force and overlap against time, each step; needs Simulation::start(true); for few particles
 
+  bool fragments = true;              // damage, fragments, failures; where there are bonds
+  double fragment_interval = 0;       // between rows of the damage [s]; 0: 200 time steps
+  std::optional<Vec3> impact_direction;  // with which the directions of cracks are compared; none: of the bodies' velocity at the start, else down
+
   std::optional<ProfileLine> velocity_line;  // none: through the mill's centre, perpendicular to the free surface
 };
 

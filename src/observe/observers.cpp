@@ -22,11 +22,13 @@ void Observers::see(const Simulation& simulation) {
   if (settings.charge) charge.see(simulation, settings);
   if (settings.contact_history) contact_history.see(simulation);
   if (!settings.track.empty()) track.see(simulation, settings);
+  if (settings.fragments) fragments.see(simulation, settings);
 }
 
 void Observers::finish(const Simulation& simulation) {
   if (settings.spectrum) spectrum.finish(simulation);
   if (!settings.track.empty()) track.finish(simulation, settings);
+  if (settings.fragments) fragments.finish(simulation);
 }
 
 double Observers::steady_time() const {
@@ -42,6 +44,7 @@ std::vector<Headline> Observers::headlines() const {
   if (settings.charge) append(all, charge.headlines(from));
   if (settings.spectrum) append(all, spectrum.headlines(from));
   if (settings.spectrum) append(all, captures.headlines(from));
+  if (settings.fragments) append(all, fragments.headlines());
   return all;
 }
 
@@ -56,6 +59,7 @@ std::vector<Table> Observers::tables() const {
   if (settings.spectrum) append(all, convergence.tables());
   if (settings.contact_history) append(all, contact_history.tables());
   if (!settings.track.empty()) append(all, track.tables());
+  if (settings.fragments) append(all, fragments.tables());
   return all;
 }
 

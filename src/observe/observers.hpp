@@ -5,6 +5,7 @@
 #include "src/observe/charge.hpp"
 #include "src/observe/contact_history.hpp"
 #include "src/observe/convergence.hpp"
+#include "src/observe/fragments.hpp"
 #include "src/observe/observer_settings.hpp"
 #include "src/observe/shell_force.hpp"
 #include "src/observe/spectrum.hpp"
@@ -24,6 +25,7 @@ struct Observers {
   Charge charge;
   ContactHistory contact_history;
   Track track;
+  Fragmentation fragments;
 
   Observers() = default;
   explicit Observers(const ObserverSettings& chosen) : settings(chosen) {}
@@ -43,7 +45,7 @@ struct Observers {
   // All that was seen, not the settings: those come from the case.
   template <class Archive>
   void archive(Archive& a) {
-    a(torque_power, shell_force, spectrum, captures, convergence, charge, contact_history, track);
+    a(torque_power, shell_force, spectrum, captures, convergence, charge, contact_history, track, fragments);
   }
 };
 

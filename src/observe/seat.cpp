@@ -79,6 +79,7 @@ Simulation first_vial(const Simulation& simulation, const PlanetaryMill& mill) {
     wall.pose.angular_velocity = disc.axes.transpose() * (original.pose.angular_velocity - disc.angular_velocity);
     s.walls.push_back(std::move(wall));
   }
+  s.bonds = simulation.bonds;
   const Particles& p = simulation.particles;
   for (Index i = 0; i < p.owned; ++i) {
     const auto k = static_cast<std::size_t>(i);
@@ -87,6 +88,7 @@ Simulation first_vial(const Simulation& simulation, const PlanetaryMill& mill) {
     const auto row = static_cast<std::size_t>(
         s.particles.add_sphere(triple(place), p.radius(i), simulation.materials[p.material[k]].density, p.material[k], p.species[k]));
     set(s.particles.velocity[row], disc.axes.transpose() * (vec(p.velocity[k]) - disc.velocity_at(vec(p.position[k]))));
+    s.particles.id[row] = p.id[k];
     set(s.particles.spin[row], disc.axes.transpose() * (vec(p.spin[k]) - disc.angular_velocity));
   }
   return s;

@@ -125,14 +125,36 @@ std::vector<Chart> energy_chart(const Table& table, const std::string& title) {
       for (const double value : column->values) out.y.push_back(value - (from_start ? column->values.front() : 0));
     return out;
   };
-  Panel stored{"time [s]", "stored [J]", false, false, {curve("kinetic", "kinetic", false), curve("potential", "potential, since the start", true), curve("elastic", "elastic", false)}};
+  Panel stored{"time [s]", "stored [J]", false, false, {curve("kinetic", "kinetic", false), curve("potential", "potential, since the start", true), curve("elastic", "elastic", false),
+                curve("bond_energy", "in bonds", false)}};
   Panel passed{"time [s]", "since the start [J]", false, false,
                {curve("wall_work", "work of the walls", false), curve("normal_loss", "lost along the normal", false), curve("sliding_loss", "lost by sliding", false),
-                curve("rolling_loss", "lost by rolling", false), curve("gap", "unaccounted for", false)}};
-  std::erase_if(passed.curves, [](const Curve& c) {
-    return c.name != "unaccounted for" && std::all_of(c.y.begin(), c.y.end(), [](double y) { return y == 0; });
-  });
+                curve("rolling_loss", "lost by rolling", false), curve("bond_loss", "lost in bonds", false),
+                curve("bond_failure", "released by bonds that failed", false), curve("gap", "unaccounted for", false)}};
+  const auto nothing = [](const Curve& c) { return std::all_of(c.y.begin(), c.y.end(), [](double y) { return y == 0; }); };
+  std::erase_if(passed.curves, [&](const Curve& c) { return c.name != "unaccounted for" && nothing(c); });
+  std::erase_if(stored.curves, [&](const Curve& c) { return c.name == "in bonds" && nothing(c); });
   return {{"energy.png", titled("Energy", title), {stored, passed}}};
+}
+
+// Above damage against time, below the fragments' sizes.
+std::vector<Chart> damage_chart(const Table& damage, const Table* sizes, const std::string& title) {
+  const Column* time = find(damage, "time");
+  Chart chart{"damage.png", titled("Damage", title), {}};
+  if (time && time->values.size() > 1) {
+    Panel panel{"time [s]", "fraction", false, false, {}};
+    for (const auto& [key, spoken] : {std::pair("damage_ratio", "broken bonds"), std::pair("largest_fragment", "mass of the largest fragment"), std::pair("fines", "mass of single grains")})
+      if (const Column* column = find(damage, key)) panel.curves.push_back({spoken, time->values, column->values, {}, {}, false});
+    chart.panels.push_back(panel);
+  }
+  const Column *size = sizes ? find(*sizes, "size") : nullptr, *finer = sizes ? find(*sizes, "finer") : nullptr;
+  if (size && finer && size->values.size() > 1) {
+    Panel panel{"sieve size of fragments [m]", "mass that passes", true, true, {}};
+    panel.curves.push_back({"fragments", size->values, finer->values, {}, {}, true});
+    if (const Column* law = find(*sizes, "schuhmann")) panel.curves.push_back({"Gates–Gaudin–Schuhmann", size->values, law->values, {}, {}, false});
+    chart.panels.push_back(panel);
+  }
+  return chart.panels.empty() ? std::vector<Chart>{} : std::vector<Chart>{chart};
 }
 
 }  // namespace
@@ -144,6 +166,7 @@ std::vector<Chart> charts_of(const std::vector<Table>& tables, const std::vector
   if (const Table* table = find(tables, "convergence")) add(convergence_chart(*table, title));
   if (const Table* table = find(tables, "power")) add(power_chart(*table, headlines, title));
   if (const Table* table = find(tables, "energy")) add(energy_chart(*table, title));
+  if (const Table* table = find(tables, "damage")) add(damage_chart(*table, find(tables, "fragment_sizes"), title));
   return charts;
 }
 

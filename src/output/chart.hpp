@@ -24,10 +24,10 @@ struct Panel {
 struct Chart {
   std::string file;  // without directory
   std::string title;
-  std::vector<Panel> panels;  // one above the other
+  std::vector<Panel> panels;  // one above the other; if all have one label on x, it is written once
 };
 
-// The charts that the tables allow, of: spectrum, convergence, power, energy. Headline numbers give means with their intervals.
+// The charts that the tables allow, of: spectrum, convergence, power, energy, damage. Headline numbers give means with their intervals.
 std::vector<Chart> charts_of(const std::vector<Table>& tables, const std::vector<Headline>& headlines, const std::string& title);
 
 }  // namespace quern

@@ -43,6 +43,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include "bonds/fragments.hpp"
 #include "src/base/error.hpp"
 #include "src/base/whole_file.hpp"
 #include "src/output/wall_facets.hpp"
@@ -200,9 +201,13 @@ void add_walls(vtkRenderer* renderer, const Simulation& s, const View& view, con
   }
 }
 
-void add_balls(vtkRenderer* renderer, const Particles& p, vtkColorTransferFunction* colours) {
+// One colour for each particle, or none: then by speed.
+void add_balls(vtkRenderer* renderer, const Particles& p, vtkColorTransferFunction* colours, const std::vector<Colour>& own = {}) {
   vtkNew<vtkPoints> points;
   vtkNew<vtkFloatArray> speed, radius;
+  vtkNew<vtkUnsignedCharArray> paint;
+  paint->SetName("colour");
+  paint->SetNumberOfComponents(3);
   speed->SetName("speed");
   radius->SetName("radius");
   vtkNew<vtkCellArray> vertices;
@@ -213,18 +218,24 @@ void add_balls(vtkRenderer* renderer, const Particles& p, vtkColorTransferFuncti
     const vtkIdType row = points->InsertNextPoint(x.x, x.y, x.z);
     speed->InsertNextValue(static_cast<float>(length(xyz(v))));
     radius->InsertNextValue(static_cast<float>(x.w));
+    if (!own.empty()) paint->InsertNextTuple3(255 * own[k][0], 255 * own[k][1], 255 * own[k][2]);
     vertices->InsertNextCell(1, &row);
   }
   vtkNew<vtkPolyData> data;
   data->SetPoints(points);
   data->SetVerts(vertices);
   data->GetPointData()->AddArray(radius);
-  data->GetPointData()->SetScalars(speed);
   vtkNew<vtkOpenGLSphereMapper> mapper;
+  if (own.empty()) {
+    data->GetPointData()->SetScalars(speed);
+    mapper->SetLookupTable(colours);
+    mapper->UseLookupTableScalarRangeOn();
+  } else {
+    data->GetPointData()->SetScalars(paint);
+    mapper->SetColorModeToDirectScalars();
+  }
   mapper->SetInputData(data);
   mapper->SetScaleArray("radius");
-  mapper->SetLookupTable(colours);
-  mapper->UseLookupTableScalarRangeOn();
   mapper->InterpolateScalarsBeforeMappingOff();
   vtkNew<vtkActor> actor;
   actor->SetMapper(mapper);
@@ -277,6 +288,66 @@ RoundScale speed_scale(const Particles& p) {
   return high > 1e-12 ? round_scale(high) : RoundScale{1, 5};
 }
 
+void add_speed_scale(vtkRenderer* renderer, vtkColorTransferFunction* colours, const RoundScale& speeds) {
+  vtkNew<vtkScalarBarActor> scale;
+  scale->SetLookupTable(colours);
+  scale->SetNumberOfLabels(speeds.parts + 1);
+  scale->SetUnconstrainedFontSize(true);
+  scale->SetLabelFormat("%.3g");
+  scale->SetBarRatio(0.28);
+  scale->SetPosition(0.855, 0.22);
+  scale->SetWidth(0.085);
+  scale->SetHeight(0.52);
+  scale->DrawFrameOff();
+  set_type(scale->GetLabelTextProperty(), 20);
+  renderer->AddActor2D(scale);
+  add_text(renderer, "speed [m/s]", 1085, 700, 22);
+}
+
+// The heaviest fragments have a colour each. Further ones of several grains take turns with a few paler ones.
+constexpr std::array<Colour, 10> fragment_palette{{{0.00, 0.45, 0.70}, {0.90, 0.62, 0.00}, {0.00, 0.62, 0.45}, {0.84, 0.37, 0.00}, {0.34, 0.71, 0.91},
+                                                   {0.80, 0.47, 0.65}, {0.94, 0.89, 0.26}, {0.45, 0.30, 0.65}, {0.55, 0.27, 0.07}, {0.10, 0.25, 0.45}}};
+constexpr std::array<Colour, 4> small_palette{{{0.80, 0.72, 0.60}, {0.66, 0.78, 0.70}, {0.84, 0.70, 0.72}, {0.70, 0.72, 0.82}}};
+constexpr Colour single_grain{0.78, 0.78, 0.79}, no_grain{0.42, 0.44, 0.47};
+
+Colour colour_of_fragment(const Fragments& fragments, std::size_t k) {
+  if (fragments.list[k].grains == 1) return single_grain;
+  return k < fragment_palette.size() ? fragment_palette[k] : small_palette[k % small_palette.size()];
+}
+
+// Of each row.
+std::vector<Colour> colours_of(const Fragments& fragments, const Particles& p) {
+  std::vector<Colour> colours(static_cast<std::size_t>(p.owned), no_grain);
+  for (std::size_t i = 0; i < colours.size() && i < fragments.of_row.size(); ++i)
+    if (fragments.of_row[i] >= 0) colours[i] = colour_of_fragment(fragments, static_cast<std::size_t>(fragments.of_row[i]));
+  return colours;
+}
+
+// Right of the drawing: what part of the mass the fragments of each colour have.
+void add_fragment_legend(vtkRenderer* renderer, const Fragments& fragments) {
+  double y = 740;
+  add_text(renderer, "fragments by mass", 1085, y, 20);
+  const auto line = [&](const std::string& words, const Colour& colour) {
+    y -= 34;
+    add_text(renderer, "●", 1015, y, 26)->GetTextProperty()->SetColor(colour[0], colour[1], colour[2]);
+    add_text(renderer, words, 1040, y, 18)->GetTextProperty()->SetJustificationToLeft();
+  };
+  const auto percent = [&](double mass) { return fmt::format("{:.3g} %", 100 * mass / fragments.mass); };
+  double small = 0, single = 0;
+  std::size_t of_small = 0;
+  for (std::size_t k = 0; k < fragments.list.size(); ++k) {
+    const Fragment& f = fragments.list[k];
+    if (f.grains == 1)
+      single += f.mass;
+    else if (k < fragment_palette.size())
+      line(percent(f.mass), fragment_palette[k]);
+    else
+      small += f.mass, ++of_small;
+  }
+  if (of_small > 0) line(fmt::format("{}: {}", of_small == 1 ? "1 more" : fmt::format("{} more", of_small), percent(small)), small_palette[0]);
+  if (single > 0) line("single: " + percent(single), single_grain);
+}
+
 }  // namespace
 
 void draw_charge(const ChargePicture& picture, const std::string& path) {
@@ -290,9 +361,17 @@ void draw_charge(const ChargePicture& picture, const std::string& path) {
   add_light(renderer, -0.6, 0.8, 1.0, 0.85);
   add_light(renderer, 0.8, 0.1, 0.7, 0.30);
   add_walls(renderer, s, view, shown);
+  const bool by_fragment = picture.by_fragment && !s.bonds.empty();
   const RoundScale speeds = speed_scale(s.particles);
   const auto colours = speed_colours(speeds.most);
-  add_balls(renderer, s.particles, colours);
+  if (by_fragment) {
+    const Fragments fragments = find_fragments(s.bonds, s.particles, s.domain);
+    add_balls(renderer, s.particles, colours, colours_of(fragments, s.particles));
+    add_fragment_legend(renderer, fragments);
+  } else {
+    add_balls(renderer, s.particles, colours);
+    add_speed_scale(renderer, colours, speeds);
+  }
 
   // What the view must hold, across the axis: the extent of everything that is drawn.
   double half_width = 0, half_height = 0;
@@ -346,19 +425,6 @@ void draw_charge(const ChargePicture& picture, const std::string& path) {
   camera->SetParallelScale(0.5 * height * metres_per_pixel);
   renderer->ResetCameraClippingRange();
 
-  vtkNew<vtkScalarBarActor> scale;
-  scale->SetLookupTable(colours);
-  scale->SetNumberOfLabels(speeds.parts + 1);
-  scale->SetUnconstrainedFontSize(true);
-  scale->SetLabelFormat("%.3g");
-  scale->SetBarRatio(0.28);
-  scale->SetPosition(0.855, 0.22);
-  scale->SetWidth(0.085);
-  scale->SetHeight(0.52);
-  scale->DrawFrameOff();
-  set_type(scale->GetLabelTextProperty(), 20);
-  renderer->AddActor2D(scale);
-  add_text(renderer, "speed [m/s]", 1085, 700, 22);
   add_line_of_text(renderer, picture.title, 868, 26, true);
   add_line_of_text(renderer, picture.caption, 36, 20, false);
 
@@ -574,9 +640,10 @@ void draw_chart(const Chart& chart, const std::string& path) {
   renderer->AddActor(canvas);
   canvas->GetScene()->SetRenderer(renderer);
   // The frames of all panels stand exactly below each other.
-  constexpr float left = 130, right = 1160, top = 830, bottom = 85, gap = 45;
+  constexpr float left = 130, right = 1160, top = 830, bottom = 85, space = 45, label_space = 90;
   const auto panels = static_cast<float>(std::max<std::size_t>(chart.panels.size(), 1));
-  const float each = (top - bottom - gap * (panels - 1)) / panels;
+  const bool one_label = std::all_of(chart.panels.begin(), chart.panels.end(), [&](const Panel& p) { return p.x_label == chart.panels.front().x_label; });
+  const float gap = one_label ? space : label_space, each = (top - bottom - gap * (panels - 1)) / panels;
   for (std::size_t k = 0; k < chart.panels.size(); ++k) {
     const float from = top - each * static_cast<float>(k + 1) - gap * static_cast<float>(k);
     vtkNew<vtkChartXY> panel;
@@ -586,7 +653,7 @@ void draw_chart(const Chart& chart, const std::string& path) {
     fill_panel(panel, chart.panels[k], each);
     canvas->GetScene()->AddItem(panel);
     add_text(renderer, chart.panels[k].y_label, 38, from + 0.5 * each, 23)->GetTextProperty()->SetOrientation(90);
-    if (k + 1 == chart.panels.size()) add_text(renderer, chart.panels[k].x_label, 0.5 * (left + right), 30, 23);
+    if (k + 1 == chart.panels.size() || !one_label) add_text(renderer, chart.panels[k].x_label, 0.5 * (left + right), from - 55, 23);
   }
   add_line_of_text(renderer, chart.title, 868, 26, true);
   render(renderer, path);

@@ -14,9 +14,10 @@ struct ChargePicture {
   std::string title, caption;
   std::vector<ShellMark> marks;
   Vec3 up = Vec3::Zero();        // zero: against gravity
+  bool by_fragment = false;      // colours tell fragments apart instead of speeds; with bonds
 };
 
-// Balls coloured by speed, seen along the axis. 1200 × 900. Throws RunError where the file cannot be written.
+// Balls coloured by speed or fragment, seen along the axis. 1200 × 900. Throws RunError where the file cannot be written.
 void draw_charge(const ChargePicture& picture, const std::string& path);
 
 // 1200 × 900. Throws RunError where the file cannot be written.

@@ -22,7 +22,7 @@ Vec3 view_axis_of(const Simulation& s) {
 // "power 1.93 ± 0.02 kW" with as many digits as the interval deserves.
 std::string spoken(const Headline& headline) {
   double value = headline.value, half = headline.ci95 ? 0.5 * ((*headline.ci95)[1] - (*headline.ci95)[0]) : 0;
-  std::string unit = headline.unit == "deg" ? "°" : " " + headline.unit;
+  std::string unit = headline.unit == "deg" ? "°" : headline.unit == "1" ? "" : " " + headline.unit;
   if (headline.unit == "W" && std::abs(value) >= 1000) value /= 1000, half /= 1000, unit = " kW";
   std::string name = headline.key;
   std::replace(name.begin(), name.end(), '_', ' ');
@@ -31,13 +31,21 @@ std::string spoken(const Headline& headline) {
   return fmt::format("{} {:.{}f} ± {:.{}f}{}", name, value, decimals, half, decimals, unit);
 }
 
-std::string caption_of(const Simulation& s, const std::string& of, const std::vector<Headline>& headlines) {
+std::string caption_with(const std::vector<std::string>& keys, const Simulation& s, const std::string& of, const std::vector<Headline>& headlines) {
   std::string caption = fmt::format("t = {:.4g} s · {} particles{}", s.clock.time(), s.particles.owned, of.empty() ? "" : " in " + of);
-  for (const char* key : {"power", "shoulder_angle", "toe_angle"}) {
+  for (const std::string& key : keys) {
     for (const Headline& headline : headlines)
       if (headline.key == key && std::isfinite(headline.value)) caption += " · " + spoken(headline);
   }
   return caption;
+}
+
+std::string caption_of(const Simulation& s, const std::string& of, const std::vector<Headline>& headlines) {
+  return caption_with({"power", "shoulder_angle", "toe_angle"}, s, of, headlines);
+}
+
+std::string damage_caption_of(const Simulation& s, const std::string& of, const std::vector<Headline>& headlines) {
+  return caption_with({"damage_ratio", "fragment_count"}, s, of, headlines);
 }
 
 }  // namespace
@@ -67,6 +75,11 @@ Drawn draw_pictures(const PictureRequest& request) {
     draw("charge.png", [&](const std::string& path) {
       draw_charge({&s, axis, request.title, caption_of(s, request.of, request.headlines), request.marks, request.view_up}, path);
     });
+    if (!s.bonds.empty()) {
+      draw("fragments.png", [&](const std::string& path) {
+        draw_charge({&s, axis, request.title, damage_caption_of(s, request.of, request.headlines), {}, request.view_up, true}, path);
+      });
+    }
   }
   for (const Chart& chart : charts) draw(chart.file, [&](const std::string& path) { draw_chart(chart, path); });
   return drawn;

@@ -12,6 +12,7 @@
 #include <vtkXMLPolyDataWriter.h>
 #include <algorithm>
 #include <numeric>
+#include "bonds/fragments.hpp"
 #include "src/base/error.hpp"
 #include "src/base/whole_file.hpp"
 #include "src/output/wall_facets.hpp"
@@ -39,7 +40,9 @@ void write(vtkPolyData* data, const std::string& path) {
   write_whole_file(path, writer->GetOutputString());
 }
 
-vtkNew<vtkPolyData> balls_of(const Particles& p) {
+// With bonds: which fragment a grain belongs to, by mass (0 the heaviest) and by its name; −1: no grain.
+vtkNew<vtkPolyData> balls_of(const Simulation& s) {
+  const Particles& p = s.particles;
   std::vector<std::size_t> order(static_cast<std::size_t>(p.owned));
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return p.id[a] < p.id[b]; });
@@ -71,8 +74,54 @@ vtkNew<vtkPolyData> balls_of(const Particles& p) {
                           static_cast<vtkDataArray*>(mass), static_cast<vtkDataArray*>(species), static_cast<vtkDataArray*>(id)}) {
     data->GetPointData()->AddArray(a);
   }
+  if (!s.bonds.empty()) {
+    const Fragments fragments = find_fragments(s.bonds, p, s.domain);
+    auto rank = array<vtkIntArray>("fragment", 1, order.size()), name = array<vtkIntArray>("fragment_id", 1, order.size());
+    for (std::size_t k = 0; k < order.size(); ++k) {
+      const Index of = fragments.of_row[order[k]];
+      rank->SetValue(static_cast<vtkIdType>(k), of);
+      name->SetValue(static_cast<vtkIdType>(k), of < 0 ? -1 : fragments.list[static_cast<std::size_t>(of)].id);
+    }
+    data->GetPointData()->AddArray(rank);
+    data->GetPointData()->AddArray(name);
+  }
   data->GetPointData()->SetActiveVectors("velocity");
   data->GetPointData()->SetActiveScalars("diameter");
+  return data;
+}
+
+// The intact bonds as lines between the centres of their grains.
+vtkNew<vtkPolyData> bonds_of(const Simulation& s) {
+  const Particles& p = s.particles;
+  Index most = 0;
+  for (const Bond& bond : s.bonds.list) most = std::max(most, bond.second);
+  std::vector<Index> row_of(static_cast<std::size_t>(most + 1), -1);
+  for (Index row = 0; row < p.owned; ++row)
+    if (const Index id = p.id[static_cast<std::size_t>(row)]; id <= most) row_of[static_cast<std::size_t>(id)] = row;
+
+  vtkNew<vtkPoints> points;
+  vtkNew<vtkCellArray> lines;
+  auto stress = array<vtkFloatArray>("stress", 1, 0), radius = array<vtkFloatArray>("radius", 1, 0);
+  auto number = array<vtkIntArray>("bond", 1, 0), material = array<vtkIntArray>("material", 1, 0);
+  for (std::size_t k = 0; k < s.bonds.list.size(); ++k) {
+    const Bond& bond = s.bonds.list[k];
+    const Index first = row_of[static_cast<std::size_t>(bond.first)], second = row_of[static_cast<std::size_t>(bond.second)];
+    if (bond.state != BondState::intact || first < 0 || second < 0) continue;
+    const Triple<double> from = xyz(p.position[static_cast<std::size_t>(first)]);
+    const Triple<double> apart = s.domain.nearest(xyz(p.position[static_cast<std::size_t>(second)]) - from), to = from + apart;
+    const vtkIdType begin = points->InsertNextPoint(from.x, from.y, from.z);
+    lines->InsertNextCell({begin, points->InsertNextPoint(to.x, to.y, to.z)});
+    stress->InsertNextValue(static_cast<float>(bond.normal_stiffness * (length(apart) - bond.length)));
+    radius->InsertNextValue(static_cast<float>(bond.radius));
+    number->InsertNextValue(static_cast<int>(k));
+    material->InsertNextValue(bond.material);
+  }
+  vtkNew<vtkPolyData> data;
+  data->SetPoints(points);
+  data->SetLines(lines);
+  for (vtkDataArray* a : {static_cast<vtkDataArray*>(stress), static_cast<vtkDataArray*>(radius), static_cast<vtkDataArray*>(number), static_cast<vtkDataArray*>(material)})
+    data->GetCellData()->AddArray(a);
+  data->GetCellData()->SetActiveScalars("stress");
   return data;
 }
 
@@ -116,7 +165,7 @@ void VtkFrames::append(const Simulation& s) {
     entries_ += fmt::format("    <DataSet timestep=\"{:.17g}\" part=\"{}\" name=\"{}\" file=\"{}\"/>\n", s.clock.time(), part, name, file);
   };
   const std::string balls = fmt::format("frames/balls_{:06}.vtp", frames_);
-  write(balls_of(s.particles), directory_ + "/" + balls);
+  write(balls_of(s), directory_ + "/" + balls);
   list(0, "balls", balls);
   if (!s.walls.empty()) {
     const bool moving = std::any_of(s.walls.begin(), s.walls.end(), [](const Wall& wall) { return wall.frame >= 0; });
@@ -124,6 +173,11 @@ void VtkFrames::append(const Simulation& s) {
     if (walls.empty()) fixed_walls_ = walls = "frames/walls.vtp";
     if (moving || frames_ == 0) write(walls_of(s), directory_ + "/" + walls);
     list(1, "walls", walls);
+  }
+  if (!s.bonds.empty()) {
+    const std::string bonds = fmt::format("frames/bonds_{:06}.vtp", frames_);
+    write(bonds_of(s), directory_ + "/" + bonds);
+    list(2, "bonds", bonds);
   }
   ++frames_;
   write_whole_file(directory_ + "/frames.pvd",

@@ -1,4 +1,4 @@
-// Frames for ParaView: frames/balls_N.vtp and frames/walls_N.vtp, and frames.pvd that lists them against time.
+// Frames for ParaView: frames/balls_N.vtp, frames/walls_N.vtp and, where there are bonds, frames/bonds_N.vtp, and frames.pvd that lists them against time.
 #pragma once
 #include <string>
 #include <vector>
