@@ -222,6 +222,10 @@ InsertCase read_insert(const Values& v, const std::string& name, const Case& c, 
   else insert.agglomerate = index_of(v, t + ".agglomerate", names_of(c.agglomerates), "agglomerate");
   insert.turn = v.vector(t + ".turn");
   insert.velocity = v.vector(t + ".velocity");
+  if (const auto speed = v.number_if(t + ".speed")) {
+    if (insert.velocity.norm() == 0) v.refuse(t + ".speed", "a direction is missing; `velocity` gives it, such as velocity = [0, 0, -1]");
+    insert.velocity *= *speed / insert.velocity.norm();
+  }
   insert.spin = v.vector(t + ".spin");
   const bool listed = v.has(t + ".positions") || v.has(t + ".file");
   const std::string method = v.has(t + ".method") ? v.text(t + ".method") : listed ? "list" : "packing";

@@ -176,6 +176,7 @@ constexpr Key table[] = {
     {"insert.<name>.mass", number, "kg", "", positive, "", "Mass of particles; in a planetary mill: in each vial", ""},
     {"insert.<name>.filling", number, "1", "", {0, 0.9, true}, "", "Bulk volume (porosity 0.4) over the volume of the mill, or of the region where there is no mill", ""},
     {"insert.<name>.velocity", vector, "m/s", "[0, 0, 0]", any, "", "Velocity at the start, in the fixed frame; what fills a planetary mill: against its disc", ""},
+    {"insert.<name>.speed", number, "m/s", "", not_negative, "", "Speed at the start, along `velocity`, whose own length then does not count", ""},
     {"insert.<name>.spin", vector, "rad/s", "[0, 0, 0]", any, "", "Angular velocity at the start, in the fixed frame; what fills a planetary mill: against its disc", ""},
     {"insert.<name>.positions", vectors, "m", "", any, "", "list: centres", ""},
     {"insert.<name>.file", file, "", "", any, "", "list: CSV file with columns x, y, z [m] and optionally diameter [m], vx, vy, vz [m/s], wx, wy, wz [rad/s]", ""},

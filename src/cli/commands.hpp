@@ -20,5 +20,6 @@ void add_validate(CLI::App& program, Action& action);
 void add_list(CLI::App& program, Action& action);
 void add_linearize(CLI::App& program, Action& action);
 void add_grinding(CLI::App& program, Action& action);
+void add_breakage(CLI::App& program, Action& action);
 
 }  // namespace quern

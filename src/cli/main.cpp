@@ -58,6 +58,7 @@ int main(int argc, char** argv) {
   quern::add_list(program, action);
   quern::add_linearize(program, action);
   quern::add_grinding(program, action);
+  quern::add_breakage(program, action);
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
