@@ -29,7 +29,7 @@ std::vector<BreakageCount> counts_of(const BreakageStudy& study) {
 }
 
 void warn_of_misfit(const std::optional<double>& p, const std::string& what, std::vector<std::string>& remarks) {
-  constexpr double doubtful = 0.05;
+  constexpr double doubtful = 0.01;
   if (p && *p < doubtful) remarks.push_back(fmt::format("{} misses its law by more than the scatter (p {:.2g}): the intervals do not hold what the law leaves out.", what, *p));
 }
 
