@@ -267,6 +267,27 @@ TEST_CASE("a chain that is pulled apart at its weak bond is two halves that fly 
   CHECK(column(damage, "time").values.back() == s.clock.time());
 }
 
+TEST_CASE("t10 is the mass below a tenth of the body's sieve size, and unknown where no grain is as small") {
+  const auto t10 = [](double small) {
+    Simulation s = scene::bonded_space(scene::cement(), 1e-7);
+    add_block(s, {0, 0, 0}, 3, 3, 3);  // about 2.9 spacings wide
+    for (int k = 0; k < 4; ++k) {
+      const Index row = scene::add_ball(s, {1.5 * spacing, 1.5 * spacing, (3 + 0.1 * k) * spacing}, 0.5 * small, {0, 0, 0});
+      bond_particles(s.bonds, s.particles, s.domain, 26, row, 0, 1);
+    }
+    s.start(false);
+    Observers observers(only_fragments());
+    observers.see(s);
+    for (Index k = 27; k < 30; ++k) break_by_hand(s, 26, k);
+    observers.finish(s);
+    const double grain = 4.0 / 3.0 * std::numbers::pi * std::pow(0.5 * small, 3), block = 27 * 4.0 / 3.0 * std::numbers::pi * std::pow(0.45 * spacing, 3);
+    return std::pair(value(observers.headlines(), "t10"), 3 * grain / (block + 4 * grain));
+  };
+  const auto [found, expected] = t10(0.1 * spacing);
+  CHECK(found == Approx(expected).epsilon(1e-9));
+  CHECK(std::isnan(t10(0.4 * spacing).first));
+}
+
 TEST_CASE("a broken off run that goes on writes the same damage, fragments and failures") {
   const char* files[] = {"damage.csv", "fragments.csv", "failures.csv", "fragment_sizes.csv", "fragment_speeds.csv", "crack_directions.csv"};
   const auto run = [](const Folder& folder, bool stops, bool resume, int threads) {

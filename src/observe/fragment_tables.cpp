@@ -22,11 +22,15 @@ Sized sized(const Simulation& s) {
   return all;
 }
 
-double largest_grain(const Sized& all, const Particles& p) {
-  double largest = 0;
+struct GrainDiameters {
+  double smallest = 1e300, largest = 0;  // [m]
+};
+
+GrainDiameters diameters_of(const Sized& all, const Particles& p) {
+  GrainDiameters d;
   for (const std::vector<Index>& rows : all.fragments.members)
-    for (const Index row : rows) largest = std::max(largest, 2 * p.radius(row));
-  return largest;
+    for (const Index row : rows) d.smallest = std::min(d.smallest, 2 * p.radius(row)), d.largest = std::max(d.largest, 2 * p.radius(row));
+  return d;
 }
 
 Table damage_table(const std::vector<Damage>& series) {
@@ -164,12 +168,12 @@ Table crack_table(const Bonds& bonds, const Vec3& direction, const std::string& 
 }
 
 // Mass of what passes a tenth of the sieve size that its body had; not known where no grain does.
-double t10(const Sized& all, const std::map<Index, double>& body_size, double finest) {
+double t10(const Sized& all, const std::map<Index, double>& body_size, double smallest_grain) {
   double passing = 0;
   bool resolved = false;
   for (std::size_t k = 0; k < all.size.size(); ++k) {
     const double limit = 0.1 * body_size.at(all.fragments.list[k].body);
-    resolved |= finest <= limit;
+    resolved |= smallest_grain <= limit;
     if (all.size[k] <= limit) passing += all.fragments.list[k].mass;
   }
   return resolved ? passing / all.fragments.mass : std::nan("");
@@ -180,10 +184,10 @@ double t10(const Sized& all, const std::map<Index, double>& body_size, double fi
 std::pair<std::vector<Headline>, std::vector<Table>> fragment_results(const FragmentView& view) {
   const Bonds& bonds = view.simulation.bonds;
   const Sized all = sized(view.simulation);
-  const double finest = largest_grain(all, view.simulation.particles);
+  const GrainDiameters grains = diameters_of(all, view.simulation.particles);
   std::vector<double> masses;
   for (const Fragment& f : all.fragments.list) masses.push_back(f.mass);
-  const std::optional<SchuhmannFit> fit = fit_schuhmann(all.size, masses, finest);
+  const std::optional<SchuhmannFit> fit = fit_schuhmann(all.size, masses, grains.largest);
 
   std::vector<Table> tables = {damage_table(view.series), fragment_table(all), size_table(all, fit), speed_table(all)};
   if (!bonds.failures.empty()) {
@@ -205,7 +209,7 @@ std::pair<std::vector<Headline>, std::vector<Table>> fragment_results(const Frag
   add("fragment_mass", all.fragments.mass, "kg", "of all fragments");
   add("largest_fragment_fraction", last.largest, "1", "mass of the largest fragment over that of its body; of several bodies: the sum of their largest over all");
   add("fines_fraction", last.fines, "1", "mass of single grains over the whole");
-  add("t10", t10(all, view.body_size, finest), "1", "mass that passes a tenth of its body's sieve size at the start, over the whole; null where grains are larger");
+  add("t10", t10(all, view.body_size, grains.smallest), "1", "mass that passes a tenth of its body's sieve size at the start, over the whole; null where all grains are larger");
   if (fit) {
     add("schuhmann_modulus", fit->modulus, "1", "m of finer = (size/k)^m", fit->modulus_ci95);
     add("schuhmann_size", fit->size, "m", "k of finer = (size/k)^m", fit->size_ci95);

@@ -158,6 +158,7 @@ struct View {
 
 View view_along(const Vec3& axis, const Vec3& gravity) {
   Vec3 up = -gravity + axis * gravity.dot(axis);
+  if (gravity.isZero()) up = Vec3::UnitZ() - axis * axis.z();  // as it is drawn where nothing falls
   if (up.norm() < 1e-9 * (1 + gravity.norm())) up = axis.unitOrthogonal();
   up.normalize();
   return {up.cross(axis), up, axis};
@@ -329,8 +330,8 @@ void add_fragment_legend(vtkRenderer* renderer, const Fragments& fragments) {
   add_text(renderer, "fragments by mass", 1085, y, 20);
   const auto line = [&](const std::string& words, const Colour& colour) {
     y -= 34;
-    add_text(renderer, "●", 1015, y, 26)->GetTextProperty()->SetColor(colour[0], colour[1], colour[2]);
-    add_text(renderer, words, 1040, y, 18)->GetTextProperty()->SetJustificationToLeft();
+    add_text(renderer, "●", 995, y, 26)->GetTextProperty()->SetColor(colour[0], colour[1], colour[2]);
+    add_text(renderer, words, 1018, y, 18)->GetTextProperty()->SetJustificationToLeft();
   };
   const auto percent = [&](double mass) { return fmt::format("{:.3g} %", 100 * mass / fragments.mass); };
   double small = 0, single = 0;
