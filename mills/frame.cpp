@@ -46,8 +46,9 @@ Pose moved(const RotatingByTable& m, double time) {
 
 Pose moved(const Translating& m, double time) {
   Pose pose;
-  pose.origin = time * m.velocity;
-  pose.velocity = m.velocity;
+  const bool rising = m.ramp > 0 && time < m.ramp;
+  pose.origin = (rising ? time * std::max(time, 0.0) / (2 * m.ramp) : time - 0.5 * m.ramp) * m.velocity;
+  pose.velocity = (rising ? std::max(time, 0.0) / m.ramp : 1.0) * m.velocity;
   return pose;
 }
 

@@ -25,6 +25,7 @@ struct RotatingByTable {
 
 struct Translating {
   Vec3 velocity = Vec3::Zero();  // in the parent [m/s]
+  double ramp = 0;               // from rest to that velocity, evenly [s]
 };
 
 struct Oscillating {

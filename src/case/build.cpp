@@ -164,15 +164,25 @@ void choose_time_step(const Case& c, Built& built) {
 void fill_observers(const Case& c, Built& built) {
   ObserverSettings& o = built.observe = c.observe;
   const std::vector<Wall>& walls = built.simulation.walls;
-  for (const std::string& name : c.driven_walls) {
+  const auto wall_of_key = [&](const std::string& key, const std::string& name) {
     const auto found = std::find_if(walls.begin(), walls.end(), [&](const Wall& wall) { return wall.name == name; });
     if (found == walls.end()) {
       std::string names;
       for (const Wall& wall : walls) names += (names.empty() ? "" : ", ") + wall.name;
-      throw InputError(fmt::format("{}: observe.driven_walls: found \"{}\", which is no wall; allowed is one of {}.", c.file, name, names));
+      throw InputError(fmt::format("{}: {}: found \"{}\", which is no wall; allowed is {}.", c.file, key, name, names.empty() ? "a wall, of which this case has none" : "one of " + names));
     }
-    o.driven_walls.push_back(static_cast<int>(found - walls.begin()));
+    return static_cast<int>(found - walls.begin());
+  };
+  for (const std::string& name : c.driven_walls) o.driven_walls.push_back(wall_of_key("observe.driven_walls", name));
+  for (const std::string& name : c.loading_walls) {
+    const int index = wall_of_key("observe.loading", name);
+    const Wall& wall = walls[static_cast<std::size_t>(index)];
+    const Vec3 way = wall.frame < 0 ? Vec3::Zero().eval() : carried(poses_at(built.simulation.frames, c.duration)[static_cast<std::size_t>(wall.frame)], wall.rest).origin - wall.pose.origin;
+    if (!(way.norm() > 0)) throw InputError(fmt::format("{}: observe.loading: found \"{}\", which does not move away; allowed is a wall on a frame with motion = \"translation\".", c.file, name));
+    o.loading.push_back({index, way.normalized()});
   }
+  if (!o.loading.empty() && built.simulation.bonds.empty())
+    throw InputError(fmt::format("{}: observe.loading: found no bonded grains; allowed is a case that inserts an agglomerate.", c.file));
   const Index count = built.simulation.particles.owned;
   for (const int id : o.track)
     if (id >= count) throw InputError(fmt::format("{}: observe.track: found particle {}; allowed are 0 to {}, in the order of insertion.", c.file, id, count - 1));

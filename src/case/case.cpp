@@ -143,7 +143,7 @@ Motion read_motion(const Values& v, const std::string& t) {
   const std::string motion = v.text(t + ".motion");
   if (motion == "rotation" && v.number(t + ".ramp") == 0) return Rotating{v.vector(t + ".centre"), direction(v, t + ".axis"), v.number(t + ".speed")};
   if (motion == "rotation") return RotatingByTable{v.vector(t + ".centre"), direction(v, t + ".axis"), {0, v.number(t + ".ramp")}, {0, v.number(t + ".speed")}};
-  if (motion == "translation") return Translating{v.vector(t + ".velocity")};
+  if (motion == "translation") return Translating{v.vector(t + ".velocity"), v.number(t + ".ramp")};
   if (motion == "oscillation") return Oscillating{v.vector(t + ".amplitude"), v.number(t + ".frequency"), v.number(t + ".phase")};
   require(v, t, "times", "a motion by table"), require(v, t, "speeds", "a motion by table");
   const std::vector<double> times = v.numbers(t + ".times"), speeds = v.numbers(t + ".speeds");
@@ -309,6 +309,12 @@ ObserverSettings read_observers(const Values& v, Case& c) {
   o.fragments = v.flag("observe.fragments");
   o.fragment_interval = v.number_if("observe.fragment_interval").value_or(c.duration / 1000);
   if (v.has("observe.impact_direction")) o.impact_direction = direction(v, "observe.impact_direction");
+  if (v.has("observe.loading")) c.loading_walls = v.texts("observe.loading");
+  for (const char* key : {"observe.loading_interval", "observe.strain", "observe.gauges"})
+    if (v.has(key)) require(v, "observe", "loading", key);
+  o.loading_interval = v.number_if("observe.loading_interval").value_or(c.duration / 500);
+  o.strain = v.flag("observe.strain");
+  if (v.has("observe.gauges")) o.gauges = v.vectors("observe.gauges");
   if (v.has("observe.driven_walls")) c.driven_walls = v.texts("observe.driven_walls");
   return o;
 }

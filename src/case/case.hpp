@@ -144,7 +144,7 @@ struct Case {
   Domain domain;                  // the periodic directions of the case; a mill may add one
   OutputCase output;
   ObserverSettings observe;       // driven_walls and mill are filled when the simulation is built
-  std::vector<std::string> driven_walls;
+  std::vector<std::string> driven_walls, loading_walls;
   std::vector<std::string> warnings;  // plain sentences
 };
 

@@ -23,6 +23,12 @@ struct ProfileLine {
   Vec3 direction = Vec3::UnitZ();  // unit
 };
 
+// A wall whose way and force are recorded, and the direction in which it moves.
+struct LoadedWall {
+  int wall = 0;
+  Vec3 along = Vec3::UnitZ();  // unit
+};
+
 struct ObserverSettings {
   // Averages begin at this time [s]; negative: where the power series is found to be steady (see block_average.hpp).
   double start_time = -1;
@@ -56,6 +62,10 @@ struct ObserverSettings {
   bool fragments = true;              // damage, fragments, failures; where there are bonds
   double fragment_interval = 0;       // between rows of the damage [s]; 0: 200 time steps
   std::optional<Vec3> impact_direction;  // with which the directions of cracks are compared; none: of the bodies' velocity at the start, else down
+  std::vector<LoadedWall> loading;    // walls that load a specimen; headline numbers are those of the first
+  double loading_interval = 0;        // forces are averaged over this long [s]; 0: every step
+  bool strain = false;                // of the specimen's middle half
+  std::vector<Vec3> gauges;           // places on the specimen [m]
 
   std::optional<ProfileLine> velocity_line;  // none: through the mill's centre, perpendicular to the free surface
 };

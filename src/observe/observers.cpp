@@ -23,6 +23,7 @@ void Observers::see(const Simulation& simulation) {
   if (settings.contact_history) contact_history.see(simulation);
   if (!settings.track.empty()) track.see(simulation, settings);
   if (settings.fragments) fragments.see(simulation, settings);
+  if (!settings.loading.empty()) loading.see(simulation, settings);
 }
 
 void Observers::finish(const Simulation& simulation) {
@@ -45,6 +46,7 @@ std::vector<Headline> Observers::headlines() const {
   if (settings.spectrum) append(all, spectrum.headlines(from));
   if (settings.spectrum) append(all, captures.headlines(from));
   if (settings.fragments) append(all, fragments.headlines());
+  if (!settings.loading.empty()) append(all, loading.headlines(settings));
   return all;
 }
 
@@ -60,6 +62,7 @@ std::vector<Table> Observers::tables() const {
   if (settings.contact_history) append(all, contact_history.tables());
   if (!settings.track.empty()) append(all, track.tables());
   if (settings.fragments) append(all, fragments.tables());
+  if (!settings.loading.empty()) append(all, loading.tables(settings));
   return all;
 }
 

@@ -6,6 +6,7 @@
 #include "src/observe/contact_history.hpp"
 #include "src/observe/convergence.hpp"
 #include "src/observe/fragments.hpp"
+#include "src/observe/loading.hpp"
 #include "src/observe/observer_settings.hpp"
 #include "src/observe/shell_force.hpp"
 #include "src/observe/spectrum.hpp"
@@ -26,6 +27,7 @@ struct Observers {
   ContactHistory contact_history;
   Track track;
   Fragmentation fragments;
+  Loading loading;
 
   Observers() = default;
   explicit Observers(const ObserverSettings& chosen) : settings(chosen) {}
@@ -45,7 +47,7 @@ struct Observers {
   // All that was seen, not the settings: those come from the case.
   template <class Archive>
   void archive(Archive& a) {
-    a(torque_power, shell_force, spectrum, captures, convergence, charge, contact_history, track, fragments);
+    a(torque_power, shell_force, spectrum, captures, convergence, charge, contact_history, track, fragments, loading);
   }
 };
 

@@ -157,6 +157,25 @@ std::vector<Chart> damage_chart(const Table& damage, const Table* sizes, const s
   return chart.panels.empty() ? std::vector<Chart>{} : std::vector<Chart>{chart};
 }
 
+// Force and broken bonds against the way of each platen.
+std::vector<Chart> loading_chart(const Table& table, const std::string& title) {
+  const Column *wall = find(table, "wall"), *way = find(table, "displacement"), *force = find(table, "force"), *broken = find(table, "broken_bonds");
+  if (!wall || !way || !force || !broken || way->values.size() < 2) return {};
+  Panel forces{"displacement [mm]", "force [N]", false, false, {}}, bonds{"displacement [mm]", "broken bonds", false, false, {}};
+  for (std::size_t row = 0; row < way->values.size(); ++row) {
+    if (row == 0 || wall->labels[row] != wall->labels[row - 1]) {
+      forces.curves.push_back({wall->labels[row], {}, {}, {}, {}, false});
+      if (row == 0) bonds.curves.push_back({"broken bonds", {}, {}, {}, {}, false});
+    }
+    forces.curves.back().x.push_back(1e3 * way->values[row]);
+    forces.curves.back().y.push_back(force->values[row]);
+    if (forces.curves.size() > 1) continue;
+    bonds.curves.back().x.push_back(1e3 * way->values[row]);
+    bonds.curves.back().y.push_back(broken->values[row]);
+  }
+  return {{"loading.png", titled("Loading", title), {forces, bonds}}};
+}
+
 }  // namespace
 
 std::vector<Chart> charts_of(const std::vector<Table>& tables, const std::vector<Headline>& headlines, const std::string& title) {
@@ -165,6 +184,7 @@ std::vector<Chart> charts_of(const std::vector<Table>& tables, const std::vector
   if (const Table* table = find(tables, "spectra")) add(spectrum_chart(*table, title));
   if (const Table* table = find(tables, "convergence")) add(convergence_chart(*table, title));
   if (const Table* table = find(tables, "power")) add(power_chart(*table, headlines, title));
+  if (const Table* table = find(tables, "loading")) add(loading_chart(*table, title));
   if (const Table* table = find(tables, "energy")) add(energy_chart(*table, title));
   if (const Table* table = find(tables, "damage")) add(damage_chart(*table, find(tables, "fragment_sizes"), title));
   return charts;

@@ -27,7 +27,7 @@ struct Chart {
   std::vector<Panel> panels;  // one above the other; if all have one label on x, it is written once
 };
 
-// The charts that the tables allow, of: spectrum, convergence, power, energy, damage. Headline numbers give means with their intervals.
+// The charts that the tables allow, of: spectrum, convergence, power, loading, energy, damage. Headline numbers give means with their intervals.
 std::vector<Chart> charts_of(const std::vector<Table>& tables, const std::vector<Headline>& headlines, const std::string& title);
 
 }  // namespace quern

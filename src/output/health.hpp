@@ -17,6 +17,7 @@ class Health {
 
  private:
   double kinetic_ = 0, potential_ = 0, elastic_ = 0;  // at the start [J]
+  double rounding_ = 0;                               // energy that rounded places may put into bonds [J]
   bool closed_ = false;                               // whether walls hold the particles in
   double reach_ = 0;                                  // how far from the walls' middle a particle may be [m]
 };
