@@ -21,5 +21,6 @@ void add_list(CLI::App& program, Action& action);
 void add_linearize(CLI::App& program, Action& action);
 void add_grinding(CLI::App& program, Action& action);
 void add_breakage(CLI::App& program, Action& action);
+void add_calibrate(CLI::App& program, Action& action);
 
 }  // namespace quern

@@ -59,6 +59,7 @@ int main(int argc, char** argv) {
   quern::add_linearize(program, action);
   quern::add_grinding(program, action);
   quern::add_breakage(program, action);
+  quern::add_calibrate(program, action);
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
