@@ -54,7 +54,10 @@ class Bench {
  private:
   SpecimenFigures blank() const {
     SpecimenFigures figures;
-    for (const Specimen& one : specimens_) figures.grains += one.grains;
+    for (const Specimen& one : specimens_) {
+      figures.grains += one.grains;
+      figures.solid_fraction += one.solid_fraction / static_cast<double>(specimens_.size());
+    }
     figures.grains /= static_cast<std::int64_t>(specimens_.size());
     figures.diameter = 0.5 * specimens_.front().length;
     return figures;
@@ -201,6 +204,8 @@ BondCalibration calibrate_bonds(const Case& given, const BondRequest& request) {
   search.strengths();
   for (const BondCase& bond : c.bonds) out.bonds.push_back({bond.a, bond.b, scaled(bond.material, out.scale)});
 
+  if (const std::optional<double> asked = c.agglomerates[request.agglomerate].request.solid_fraction; asked && out.reached.solid_fraction < 0.99 * *asked)
+    out.remarks.push_back(fmt::format("Specimens of {} grains pack to a solid fraction of {:.3f}, not {:.3f}; more grains come nearer.", out.reached.grains, out.reached.solid_fraction, *asked));
   if (out.reached.kinetic_share > 0.05)
     out.remarks.push_back(fmt::format("Up to the peak the kinetic energy reached {:.2g} of that in the bonds: strengths may be those of a fast test.", out.reached.kinetic_share));
   if (!out.reached.all_failed) out.remarks.push_back("Not every specimen failed within the strain at which it was given up; its greatest stress was taken.");

@@ -32,6 +32,7 @@ struct Scatter {
 struct SpecimenFigures {
   std::int64_t grains = 0;
   double diameter = 0;                       // of the specimens [m]
+  double solid_fraction = 0;                 // that they have
   Scatter young, poisson;
   std::optional<Scatter> tensile, compressive;
   double kinetic_share = 0;                  // greatest of all strength runs

@@ -50,6 +50,7 @@ std::vector<Table> calibration_tables(const BondCalibration& calibration) {
   };
   add("grains", "1", [](const SpecimenFigures& f) { return static_cast<double>(f.grains); });
   add("diameter", "m", [](const SpecimenFigures& f) { return f.diameter; });
+  add("solid_fraction", "1", [](const SpecimenFigures& f) { return f.solid_fraction; });
   add("young", "Pa", [](const SpecimenFigures& f) { return f.young.mean; });
   add("young_sd", "Pa", [](const SpecimenFigures& f) { return f.young.deviation; });
   add("poisson", "1", [](const SpecimenFigures& f) { return f.poisson.mean; });

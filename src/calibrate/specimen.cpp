@@ -140,11 +140,18 @@ Specimen make_specimen(const Case& given, std::size_t agglomerate, std::int64_t 
   packed.request.shape = CylinderRegion{radius, -2 * radius, 2 * radius};
   packed.request.seed = seed;
   try {
-    packed.grains = pack_body(packed.request);
+    try {
+      packed.grains = pack_body(packed.request);
+    } catch (const InputError&) {
+      // A specimen of few grains packs less densely than the body.
+      packed.request.solid_fraction.reset();
+      packed.grains = pack_body(packed.request);
+    }
   } catch (const InputError& e) {
     throw InputError(fmt::format("{}: agglomerate.{}: a specimen of {} grains: {}", given.file, body.name, grains, e.what()));
   }
   specimen.grains = static_cast<std::int64_t>(packed.grains.size());
+  for (const Grain& grain : packed.grains) specimen.solid_fraction += std::numbers::pi / 6 * std::pow(grain.diameter, 3) / (specimen.area * specimen.length);
   InsertCase insert;
   insert.name = body.name, insert.where = body.where;
   insert.agglomerate = 0;

@@ -12,9 +12,11 @@ struct Specimen {
   Case c;                            // nothing but the specimen, its axis along z
   double length = 0, area = 0;       // of the cylinder [m], [m²]
   std::int64_t grains = 0;
+  double solid_fraction = 0;         // that was packed
 };
 
-// About `grains` grains of the agglomerate of that number, packed from `seed`. Throws InputError where they cannot be packed.
+// About `grains` grains of the agglomerate of that number, packed from `seed` to the agglomerate's solid fraction, or as densely as so few
+// grains go. Throws InputError where they cannot be packed.
 Specimen make_specimen(const Case& c, std::size_t agglomerate, std::int64_t grains, std::uint64_t seed);
 
 // What the bonds of a specimen are made of, against those of its case.
