@@ -311,7 +311,7 @@ ObserverSettings read_observers(const Values& v, Case& c) {
   if (v.has("observe.impact_direction")) o.impact_direction = direction(v, "observe.impact_direction");
   if (v.has("observe.loading")) c.loading_walls = v.texts("observe.loading");
   for (const char* key : {"observe.loading_interval", "observe.strain", "observe.gauges"})
-    if (v.has(key)) require(v, "observe", "loading", key);
+    if (v.has(key) && (key != std::string_view("observe.strain") || v.flag(key))) require(v, "observe", "loading", key);
   o.loading_interval = v.number_if("observe.loading_interval").value_or(c.duration / 500);
   o.strain = v.flag("observe.strain");
   if (v.has("observe.gauges")) o.gauges = v.vectors("observe.gauges");
