@@ -62,6 +62,11 @@ Pose moved(const Oscillating& m, double time) {
 
 }  // namespace
 
+Motion turning(const Vec3& centre, const Vec3& axis, double speed, double ramp) {
+  if (ramp == 0) return Rotating{centre, axis, speed};
+  return RotatingByTable{centre, axis, {0, ramp}, {0, speed}};
+}
+
 std::vector<Pose> poses_at(const std::vector<Frame>& frames, double time) {
   std::vector<Pose> poses;
   poses.reserve(frames.size());

@@ -36,6 +36,9 @@ struct Oscillating {
 
 using Motion = std::variant<Rotating, RotatingByTable, Translating, Oscillating>;
 
+// Turns at `speed` [rad/s] about the unit axis; from rest, linearly, within `ramp` [s] if that is not 0.
+Motion turning(const Vec3& centre, const Vec3& axis, double speed, double ramp);
+
 struct Frame {
   std::string name;
   Index parent = -1;  // −1: the fixed frame; parents come before their children

@@ -23,11 +23,6 @@ Vec3 outward(const PlanetaryMill& mill, int vial) {
   return std::cos(angle) * x + std::sin(angle) * axis.cross(x);
 }
 
-Motion turning(const Vec3& centre, const Vec3& axis, double speed, double ramp) {
-  if (ramp == 0) return Rotating{centre, axis, speed};
-  return RotatingByTable{centre, axis, {0, ramp}, {0, speed}};
-}
-
 }  // namespace
 
 void check(const PlanetaryMill& mill) {

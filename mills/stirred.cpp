@@ -99,9 +99,7 @@ Pose pose_of(const StirredMill& mill) {
 
 Frame frame_of(const StirredMill& mill) {
   check(mill);
-  const Vec3 axis = mill.axis.normalized();
-  if (mill.ramp == 0) return {"stirrer", -1, Rotating{mill.centre, axis, mill.speed}};
-  return {"stirrer", -1, RotatingByTable{mill.centre, axis, {0, mill.ramp}, {0, mill.speed}}};
+  return {"stirrer", -1, turning(mill.centre, mill.axis.normalized(), mill.speed, mill.ramp)};
 }
 
 Mesh stirrer_mesh(const StirredMill& mill) {

@@ -101,9 +101,7 @@ Pose pose_of(const TumblingMill& mill) {
 
 Frame frame_of(const TumblingMill& mill) {
   check(mill);
-  const Vec3 axis = mill.axis.normalized();
-  if (mill.ramp == 0) return {mill.name, -1, Rotating{mill.centre, axis, mill.speed}};
-  return {mill.name, -1, RotatingByTable{mill.centre, axis, {0, mill.ramp}, {0, mill.speed}}};
+  return {mill.name, -1, turning(mill.centre, mill.axis.normalized(), mill.speed, mill.ramp)};
 }
 
 Mesh lifter_mesh(const TumblingMill& mill) {

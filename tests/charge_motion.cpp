@@ -17,17 +17,7 @@ struct Drum {
   Charge charge;
 
   Drum(double speed, double restitution, double friction) : s(scene::free_space({"steel", 7800, 0, 0}, scene::linear(1e5, restitution, friction), 2e-5)) {
-    s.gravity = {0, 0, -9.81};
-    s.domain.period[1] = 0.06;
-    s.frames = {{"mill", -1, Rotating{Vec3(0, 0, 0), Vec3::UnitY(), speed}}};
-    Wall shell;
-    shell.name = "shell";
-    shell.surface = Revolved{0.1, -0.05, 0.1, 0.05, Revolved::Side::inside};
-    shell.frame = 0;
-    shell.rest.axes = Eigen::AngleAxisd(-pi / 2, Vec3::UnitX()).toRotationMatrix();
-    s.walls = {shell};
-    settings.mill = MillAxis{};
-    settings.mill->speed = speed, settings.mill->radius = 0.1, settings.mill->length = 0.06;
+    settings.mill = scene::add_drum(s, speed);
     settings.start_time = 1;
   }
   double watch(double until, const std::string& key) {

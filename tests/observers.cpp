@@ -24,24 +24,11 @@ double value(const std::vector<Headline>& lines, const std::string& key) {
 // A periodic drum of 0.2 m whose rough shell carries sixty balls.
 Simulation drum(double speed, ObserverSettings& settings) {
   Simulation s = scene::free_space({"steel", 7800, 0, 0}, scene::linear(2e4, 0.5, 0.8), 5e-5);
-  s.gravity = {0, 0, -9.81};
-  s.domain.period[1] = 0.06;
-  s.frames = {{"mill", -1, Rotating{Vec3(0, 0, 0), Vec3::UnitY(), speed}}};
-  Wall shell;
-  shell.name = "shell";
-  shell.surface = Revolved{0.1, -0.05, 0.1, 0.05, Revolved::Side::inside};
-  shell.frame = 0;
-  shell.rest.axes = Eigen::AngleAxisd(-pi / 2, Vec3::UnitX()).toRotationMatrix();
-  s.walls = {shell};
+  settings.mill = scene::add_drum(s, speed);
   for (int k = 0; k < 60; ++k) {
     const int layer = k / 15, place = k % 15;
     scene::add_ball(s, {-0.04 + 0.02 * (place % 5), 0.01 + 0.02 * (place / 5), -0.07 + 0.02 * layer}, 0.009, {0, 0, 0});
   }
-  MillAxis mill;
-  mill.speed = speed;
-  mill.radius = 0.1;
-  mill.length = 0.06;
-  settings.mill = mill;
   return s;
 }
 

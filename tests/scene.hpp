@@ -2,6 +2,7 @@
 #pragma once
 #include "src/contact/restitution.hpp"
 #include "src/engine/simulation.hpp"
+#include "src/observe/observer_settings.hpp"
 
 namespace scene {
 
@@ -43,6 +44,22 @@ inline void add_floor(Simulation& s) {
   wall.name = "floor";
   wall.surface = Plane{};
   s.walls.push_back(wall);
+}
+
+// A slice of 0.06 m of an endless drum of 0.2 m across gravity, turning about y at `speed` [rad/s], and its axis for observers.
+inline MillAxis add_drum(Simulation& s, double speed) {
+  s.gravity = {0, 0, -9.81};
+  s.domain.period[1] = 0.06;
+  s.frames = {{"mill", -1, Rotating{Vec3(0, 0, 0), Vec3::UnitY(), speed}}};
+  Wall shell;
+  shell.name = "shell";
+  shell.surface = Revolved{0.1, -0.05, 0.1, 0.05, Revolved::Side::inside};
+  shell.frame = 0;
+  shell.rest.axes = Eigen::AngleAxisd(-1.5707963267948966, Vec3::UnitX()).toRotationMatrix();
+  s.walls = {shell};
+  MillAxis mill;
+  mill.speed = speed, mill.radius = 0.1, mill.length = 0.06;
+  return mill;
 }
 
 inline std::size_t row_of(const Simulation& s, Index id) {

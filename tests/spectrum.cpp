@@ -6,31 +6,11 @@
 
 #include "scene.hpp"
 #include "src/base/random.hpp"
+#include "tests/results.hpp"
 
 using namespace quern;
 
 namespace {
-
-const Table& table_of(const std::vector<Table>& tables, const std::string& name) {
-  for (const Table& t : tables)
-    if (t.name == name) return t;
-  FAIL("no table " << name);
-  return tables.front();
-}
-
-const Column& column(const Table& table, const std::string& name) {
-  for (const Column& c : table.columns)
-    if (c.name == name) return c;
-  FAIL("no column " << name);
-  return table.columns.front();
-}
-
-double value(const std::vector<Headline>& lines, const std::string& key) {
-  for (const Headline& line : lines)
-    if (line.key == key) return line.value;
-  FAIL("no headline " << key);
-  return 0;
-}
 
 // Two species thrown onto a floor between four walls.
 Simulation shower(int count) {

@@ -5,6 +5,7 @@
 #include "src/case/build.hpp"
 #include "src/observe/observers.hpp"
 #include "tests/places.hpp"
+#include "tests/results.hpp"
 
 using namespace quern;
 
@@ -15,26 +16,9 @@ struct Outcome {
   std::vector<Table> tables;
   double dissipated = 0, seconds = 0;  // by the ledger since collisions are counted [J]; [s]
 
-  double value(const std::string& key) const {
-    for (const Headline& line : lines)
-      if (line.key == key) return line.value;
-    FAIL("no headline " << key);
-    return 0;
-  }
-  const Table& table(const std::string& name) const {
-    for (const Table& t : tables)
-      if (t.name == name) return t;
-    FAIL("no table " << name);
-    return tables.front();
-  }
+  double value(const std::string& key) const { return quern::value(lines, key); }
+  const Table& table(const std::string& name) const { return table_of(tables, name); }
 };
-
-const Column& column(const Table& table, const std::string& name) {
-  for (const Column& c : table.columns)
-    if (c.name == name) return c;
-  FAIL("no column " << name);
-  return table.columns.front();
-}
 
 // Counts collisions from `start` [s] on.
 Outcome watch(const Case& c, double start) {

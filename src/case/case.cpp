@@ -141,8 +141,7 @@ SizeDistribution read_sizes(const Values& v, const std::string& t) {
 
 Motion read_motion(const Values& v, const std::string& t) {
   const std::string motion = v.text(t + ".motion");
-  if (motion == "rotation" && v.number(t + ".ramp") == 0) return Rotating{v.vector(t + ".centre"), direction(v, t + ".axis"), v.number(t + ".speed")};
-  if (motion == "rotation") return RotatingByTable{v.vector(t + ".centre"), direction(v, t + ".axis"), {0, v.number(t + ".ramp")}, {0, v.number(t + ".speed")}};
+  if (motion == "rotation") return turning(v.vector(t + ".centre"), direction(v, t + ".axis"), v.number(t + ".speed"), v.number(t + ".ramp"));
   if (motion == "translation") return Translating{v.vector(t + ".velocity"), v.number(t + ".ramp")};
   if (motion == "oscillation") return Oscillating{v.vector(t + ".amplitude"), v.number(t + ".frequency"), v.number(t + ".phase")};
   require(v, t, "times", "a motion by table"), require(v, t, "speeds", "a motion by table");
