@@ -390,7 +390,11 @@ Case read_case(const std::string& file, const std::vector<std::string>& override
       v.refuse(v.has(std::string("periodic.") + "xyz"[axis]) ? std::string("periodic.") + "xyz"[axis] : "mill.length",
                fmt::format("found a period of {} m; allowed is at least 2.5 times the largest diameter, {} m", c.domain.period[axis], 2.5 * largest));
 
-  c.output = {v.number("output.frames"), v.number("output.energy"), v.flag("output.paraview"), v.flag("output.trajectory"), v.flag("output.pictures")};
+  if (v.has("output.stages")) {
+    c.output.stages = v.numbers("output.stages");
+    if (!std::is_sorted(c.output.stages.begin(), c.output.stages.end())) v.refuse("output.stages", "allowed are ascending times");
+  }
+  c.output = {v.number("output.frames"), v.number("output.energy"), v.flag("output.paraview"), v.flag("output.trajectory"), v.flag("output.pictures"), std::move(c.output.stages)};
   c.observe = read_observers(v, c);
 
   // The echo stands elsewhere: it names itself, and its files by their full names.

@@ -115,6 +115,7 @@ struct InsertCase {
 struct OutputCase {
   double frames = 0, energy = 0;  // intervals [s]
   bool paraview = true, trajectory = true, pictures = true;
+  std::vector<double> stages;  // [s]
 };
 
 struct Case {

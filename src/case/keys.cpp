@@ -198,6 +198,7 @@ constexpr Key table[] = {
     {"output.energy", number, "s", "0", not_negative, "", "Time between rows of energy.csv; 0: a thousandth of the run", ""},
     {"output.paraview", flag, "", "true", any, "", "Write frames/*.vtp", ""},
     {"output.trajectory", flag, "", "true", any, "", "Write the particles of each frame into results.h5", ""},
+    {"output.stages", numbers, "s", "", not_negative, "", "Ascending times at which pictures of the charge are drawn, stage_1.png …; where grains are bonded cut open and by fragment", ""},
     {"output.pictures", flag, "", "true", any, "", "Draw pictures", ""},
     {"observe.start", number, "s", "", not_negative, "", "Averages begin here; default: where the power is found to be steady", "White 1997"},
     {"observe.power", flag, "", "true", any, "", "Torque and power of the driven walls", ""},

@@ -51,6 +51,7 @@ int run(const RunWords& words) {
   settings.vtk_frames = c.output.paraview;
   settings.trajectory = c.output.trajectory;
   settings.pictures = c.output.pictures;
+  settings.stages = c.output.stages;
   if (c.mill) settings.view_axis = c.mill->axis;
   if (c.stirred) {
     // Along the axis of a mill that lies, from the side onto one that stands.

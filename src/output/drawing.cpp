@@ -203,7 +203,10 @@ void add_walls(vtkRenderer* renderer, const Simulation& s, const View& view, con
 }
 
 // One colour for each particle, or none: then by speed.
-void add_balls(vtkRenderer* renderer, const Particles& p, vtkColorTransferFunction* colours, const std::vector<Colour>& own = {}) {
+// `towards`: of the balls no more is shown than those that lie behind their middle in this direction; zero: all.
+void add_balls(vtkRenderer* renderer, const Particles& p, const Vec3& towards, vtkColorTransferFunction* colours, const std::vector<Colour>& own = {}) {
+  Vec3 middle = Vec3::Zero();
+  for (Index i = 0; i < p.owned; ++i) middle += vec(p.position[static_cast<std::size_t>(i)]) / p.owned;
   vtkNew<vtkPoints> points;
   vtkNew<vtkFloatArray> speed, radius;
   vtkNew<vtkUnsignedCharArray> paint;
@@ -216,6 +219,7 @@ void add_balls(vtkRenderer* renderer, const Particles& p, vtkColorTransferFuncti
     const auto k = static_cast<std::size_t>(i);
     const Quad &x = p.position[k], &v = p.velocity[k];
     if (!std::isfinite(x.x + x.y + x.z + v.x + v.y + v.z)) continue;
+    if ((vec(x) - middle).dot(towards) > 0) continue;
     const vtkIdType row = points->InsertNextPoint(x.x, x.y, x.z);
     speed->InsertNextValue(static_cast<float>(length(xyz(v))));
     radius->InsertNextValue(static_cast<float>(x.w));
@@ -362,15 +366,16 @@ void draw_charge(const ChargePicture& picture, const std::string& path) {
   add_light(renderer, -0.6, 0.8, 1.0, 0.85);
   add_light(renderer, 0.8, 0.1, 0.7, 0.30);
   add_walls(renderer, s, view, shown);
+  const Vec3 cut = picture.cut_open ? view.towards : Vec3::Zero().eval();
   const bool by_fragment = picture.by_fragment && !s.bonds.empty();
   const RoundScale speeds = speed_scale(s.particles);
   const auto colours = speed_colours(speeds.most);
   if (by_fragment) {
     const Fragments fragments = find_fragments(s.bonds, s.particles, s.domain);
-    add_balls(renderer, s.particles, colours, colours_of(fragments, s.particles));
+    add_balls(renderer, s.particles, cut, colours, colours_of(fragments, s.particles));
     add_fragment_legend(renderer, fragments);
   } else {
-    add_balls(renderer, s.particles, colours);
+    add_balls(renderer, s.particles, cut, colours);
     add_speed_scale(renderer, colours, speeds);
   }
 

@@ -50,6 +50,40 @@ std::string damage_caption_of(const Simulation& s, const std::string& of, const 
 
 }  // namespace
 
+namespace {
+
+Vec3 axis_of(const PictureRequest& request) {
+  return request.view_axis.norm() > 0 ? request.view_axis.normalized() : view_axis_of(*request.simulation);
+}
+
+// A picture that cannot be drawn is a remark.
+template <class Draw>
+void try_to_draw(const PictureRequest& request, const std::string& file, Drawn& drawn, Draw&& how) {
+  try {
+    how(request.directory + "/" + file);
+    drawn.files.push_back(file);
+  } catch (const std::exception& error) {
+    drawn.remarks.push_back("The picture " + file + " is skipped: " + error.what());
+  }
+}
+
+}  // namespace
+
+Drawn draw_stage(const PictureRequest& request, int number) {
+  Drawn drawn;
+  const HiddenDisplay display;
+  if (!display.ready()) {
+    drawn.remarks.push_back(display.problem());
+    return drawn;
+  }
+  const Simulation& s = *request.simulation;
+  const bool bonded = !s.bonds.empty();
+  try_to_draw(request, fmt::format("stage_{}.png", number), drawn, [&](const std::string& path) {
+    draw_charge({&s, axis_of(request), request.title, damage_caption_of(s, request.of, {}), {}, request.view_up, bonded, bonded}, path);
+  });
+  return drawn;
+}
+
 Drawn draw_pictures(const PictureRequest& request) {
   Drawn drawn;
   std::vector<Chart> charts = charts_of(request.tables, request.headlines, request.title);
@@ -61,17 +95,10 @@ Drawn draw_pictures(const PictureRequest& request) {
     drawn.remarks.push_back(display.problem());
     return drawn;
   }
-  const auto draw = [&](const std::string& file, auto&& how) {
-    try {
-      how(request.directory + "/" + file);
-      drawn.files.push_back(file);
-    } catch (const std::exception& error) {
-      drawn.remarks.push_back("The picture " + file + " is skipped: " + error.what());
-    }
-  };
+  const auto draw = [&](const std::string& file, auto&& how) { try_to_draw(request, file, drawn, how); };
   if (charge) {
     const Simulation& s = *request.simulation;
-    const Vec3 axis = request.view_axis.norm() > 0 ? request.view_axis.normalized() : view_axis_of(s);
+    const Vec3 axis = axis_of(request);
     draw("charge.png", [&](const std::string& path) {
       draw_charge({&s, axis, request.title, caption_of(s, request.of, request.headlines), request.marks, request.view_up}, path);
     });

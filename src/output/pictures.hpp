@@ -37,4 +37,7 @@ struct Drawn {
 // remark says so; a run does not fail for a picture.
 Drawn draw_pictures(const PictureRequest& request);
 
+// The charge now, as stage_<number>.png; where grains are bonded by fragment, and cut open halfway along the view.
+Drawn draw_stage(const PictureRequest& request, int number);
+
 }  // namespace quern

@@ -177,6 +177,33 @@ std::vector<ShellMark> shell_marks(const MillView& view, const std::vector<Headl
   return marks;
 }
 
+// What pictures of the charge show, and from where. `vial`: a place for the first one of a planetary mill.
+PictureRequest pictures_of(const Simulation& s, const ObserverSettings& observed, const OutputSettings& settings, const RunOptions& options,
+                           const std::vector<Headline>& headlines, Simulation& vial) {
+  PictureRequest pictures;
+  pictures.directory = options.directory;
+  pictures.title = settings.title.empty() ? settings.name : settings.title;
+  pictures.view_axis = settings.view_axis;
+  pictures.simulation = &s;
+  pictures.headlines = headlines;
+  const auto seat = Seat::of(observed, s);
+  if (!seat) return pictures;
+  if (pictures.view_axis.isZero()) pictures.view_axis = seat->view.axis;
+  if (seat->planetary) {
+    vial = first_vial(s, *seat->planetary);
+    pictures.simulation = &vial;
+    pictures.view_up = seat->view.up;
+    if (seat->planetary->vials > 1) pictures.of = fmt::format("one of {} vials", seat->planetary->vials);
+  }
+  pictures.marks = shell_marks(seat->view, headlines);
+  return pictures;
+}
+
+void add(const Drawn& drawn, Writer& writer, RunSummary& summary) {
+  writer.files().insert(writer.files().end(), drawn.files.begin(), drawn.files.end());
+  summary.remarks.insert(summary.remarks.end(), drawn.remarks.begin(), drawn.remarks.end());
+}
+
 // Tables and pictures of what has been reached; called at the end, also of a run that fails.
 void conclude(Simulation& s, Observers& observers, const OutputSettings& settings, const RunOptions& options, Writer& writer,
               RunSummary& summary, bool may_draw) {
@@ -186,36 +213,10 @@ void conclude(Simulation& s, Observers& observers, const OutputSettings& setting
   writer.results(tables, summary.headlines);
   if (settings.pictures && may_draw) {
     tables.push_back(writer.energy());
-    const std::string title = settings.title.empty() ? settings.name : settings.title;
-    Vec3 axis = settings.view_axis;
-    std::vector<ShellMark> marks;
     Simulation vial;
-    const Simulation* shown = &s;
-    std::string of_vials;
-    Vec3 up = Vec3::Zero();
-    if (const auto seat = Seat::of(observers.settings, s)) {
-      if (axis.isZero()) axis = seat->view.axis;
-      if (seat->planetary) {
-        vial = first_vial(s, *seat->planetary);
-        shown = &vial;
-        up = seat->view.up;
-        if (seat->planetary->vials > 1) of_vials = fmt::format("one of {} vials", seat->planetary->vials);
-      }
-      marks = shell_marks(seat->view, summary.headlines);
-    }
-    PictureRequest pictures;
-    pictures.directory = options.directory;
-    pictures.title = title;
-    pictures.view_axis = axis;
-    pictures.view_up = up;
-    pictures.of = of_vials;
-    pictures.simulation = shown;
-    pictures.marks = marks;
+    PictureRequest pictures = pictures_of(s, observers.settings, settings, options, summary.headlines, vial);
     pictures.tables = std::move(tables);
-    pictures.headlines = summary.headlines;
-    const Drawn drawn = draw_pictures(pictures);
-    writer.files().insert(writer.files().end(), drawn.files.begin(), drawn.files.end());
-    summary.remarks.insert(summary.remarks.end(), drawn.remarks.begin(), drawn.remarks.end());
+    add(draw_pictures(pictures), writer, summary);
   }
   summary.files = writer.files();
 }
@@ -270,6 +271,9 @@ RunSummary run_simulation(Simulation& s, Observers& observers, const OutputSetti
   };
   double next_checkpoint = options.checkpoint_interval;
 
+  // Those before this moment were drawn by the run that wrote the checkpoint.
+  std::size_t stage = 0;
+  while (stage < settings.stages.size() && settings.stages[stage] < s.clock.time() - 0.5 * dt) ++stage;
   std::string failure, unwritten;
   const std::int64_t first_step = s.clock.step;
   try {
@@ -285,6 +289,11 @@ RunSummary run_simulation(Simulation& s, Observers& observers, const OutputSetti
       }
       if (sample || last) writer.energy(s);
       if (frame) writer.frame(s);
+      if (stage < settings.stages.size() && time >= settings.stages[stage] - 0.5 * dt) {
+        Simulation vial;
+        if (settings.pictures) add(draw_stage(pictures_of(s, observers.settings, settings, options, {}, vial), static_cast<int>(stage) + 1), writer, summary);
+        ++stage;
+      }
       progress.show(time);
       if (options.stop_signal) summary.stopped_by = options.stop_signal->load(std::memory_order_relaxed);
       if (summary.stopped_by != 0) {

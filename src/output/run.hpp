@@ -24,6 +24,7 @@ struct OutputSettings {
   bool vtk_frames = true;           // frames/*.vtp
   bool trajectory = true;           // /particles of results.h5
   bool pictures = true;             // *.png
+  std::vector<double> stages;       // ascending times [s] at which stage_1.png, stage_2.png … are drawn
   Vec3 view_axis = Vec3::Zero();    // from which the charge is seen: along a mill's axis; zero: found from the walls
   std::vector<Headline> headlines;  // known before the run (critical_speed …), copied into summary.json
 };
