@@ -47,6 +47,7 @@ Wall wall_of(const WallCase& w, Index frame, const Pose& carrier) {
 
 struct Largest {
   double diameter = 0, mass = 0;
+  Index count = 0;
 };
 
 // The greatest particle of each material.
@@ -54,7 +55,8 @@ std::vector<Largest> largest_of(const Simulation& s) {
   std::vector<Largest> largest(s.materials.size());
   for (Index i = 0; i < s.particles.owned; ++i) {
     Largest& one = largest[s.particles.material[static_cast<std::size_t>(i)]];
-    if (2 * s.particles.radius(i) > one.diameter) one = {2 * s.particles.radius(i), s.particles.mass(i)};
+    if (2 * s.particles.radius(i) > one.diameter) one.diameter = 2 * s.particles.radius(i), one.mass = s.particles.mass(i);
+    ++one.count;
   }
   return largest;
 }
@@ -64,7 +66,7 @@ void make_laws(const Case& c, Simulation& s) {
   const std::vector<Largest> largest = largest_of(s);
   std::vector<bool> on_walls(count);
   for (const Wall& wall : s.walls) on_walls[wall.material] = true;
-  s.pair_kind.assign(count * count, 0);
+  s.pair_kind.assign(count * count, no_law);
   for (std::size_t a = 0; a < count; ++a) {
     for (std::size_t b = a; b < count; ++b) {
       const bool balls_a = largest[a].diameter > 0, balls_b = largest[b].diameter > 0;
@@ -75,6 +77,7 @@ void make_laws(const Case& c, Simulation& s) {
         const std::string &first = s.materials[a].name, &second = s.materials[b].name;
         if ((pair.a == first && pair.b == second) || (pair.a == second && pair.b == first)) chosen = &pair;
       }
+      if (!chosen && a == b && largest[a].count == 1 && !on_walls[a]) continue;  // a single ball never meets itself
       if (!chosen)
         throw InputError(fmt::format("{}: pair.{}.{} is missing, but {} and {} can meet; needed is a table of that name or [pair.default].", c.file,
                                      s.materials[a].name, s.materials[b].name, s.materials[a].name, s.materials[b].name));
@@ -142,7 +145,9 @@ void warn_of_soft_contacts(Built& built) {
   const std::vector<Largest> largest = largest_of(s);
   for (std::size_t a = 0; a < largest.size(); ++a) {
     if (!(largest[a].diameter > 0)) continue;
-    const ContactLaw& law = s.pair_laws[s.pair_kind[a * largest.size() + a]].law;
+    const std::uint8_t kind = s.pair_kind[a * largest.size() + a];
+    if (kind == no_law) continue;
+    const ContactLaw& law = s.pair_laws[kind].law;
     const double overlap = collide_head_on(law, 0.25 * largest[a].diameter, 0.5 * largest[a].mass, built.expected_speed).peak_overlap / (0.5 * largest[a].diameter);
     if (overlap > soft)
       built.warnings.push_back(fmt::format("pair.{0}.{0}: the contact is soft: balls that meet at {1:.3g} m/s overlap by {2:.2g} of their radius.", s.materials[a].name, built.expected_speed, overlap));
@@ -151,6 +156,10 @@ void warn_of_soft_contacts(Built& built) {
 
 void choose_time_step(const Case& c, Built& built) {
   Simulation& s = built.simulation;
+  if (c.looked_at) {
+    s.clock.time_step = c.time_step.value();
+    return;
+  }
   built.expected_speed = greatest_speed(c, s);
   built.limit = time_step_limit(s, built.expected_speed, c.time_step_fraction);
   s.clock.time_step = c.time_step.value_or(built.limit.recommended);
@@ -317,7 +326,7 @@ Built build_case(const Case& given) {
   if (c.planetary && c.planetary->axes == PlanetaryMill::Axes::disc) turn_with_disc(*c.planetary, s);
   make_laws(c, s);
   choose_time_step(c, built);
-  warn_of_soft_contacts(built);
+  if (!c.looked_at) warn_of_soft_contacts(built);
   fill_observers(c, built);
   if (const double space = mill_volume(c); space > 0) built.filling = bulk_volume(s.particles) / space;
   return built;

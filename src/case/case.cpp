@@ -318,10 +318,24 @@ ObserverSettings read_observers(const Values& v, Case& c) {
   return o;
 }
 
+InstrumentSettings read_instrument(const Values& v) {
+  InstrumentSettings settings;
+  settings.clock_shift = v.number("instrument.clock_shift");
+  const std::vector<std::string> targets = {"x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz", "force", "displacement", "position", "velocity", "spin"};
+  for (const std::string& name : v.names("instrument")) {
+    const std::string t = "instrument." + name;
+    if (std::find(targets.begin(), targets.end(), name) == targets.end()) v.refuse(t, fmt::format("found \"{}\", which is no channel; allowed is {}", name, quoted_list(targets)));
+    Instrument one{v.number(t + ".offset"), v.number(t + ".gain"), v.number(t + ".curvature"), v.number(t + ".lag")};
+    if (const auto most = v.number_if(t + ".saturation")) one.saturation = *most;
+    settings.channels.push_back({name, one});
+  }
+  return settings;
+}
+
 }  // namespace
 
-Case read_case(const std::string& file, const std::vector<std::string>& overrides) {
-  Values v = read_values(file, overrides);
+Case case_of(const Values& v) {
+  const std::string& file = v.file;
   Case c;
   c.file = file;
   c.name = v.has("name") ? v.text("name") : default_name(file);
@@ -395,8 +409,15 @@ Case read_case(const std::string& file, const std::vector<std::string>& override
     if (!std::is_sorted(c.output.stages.begin(), c.output.stages.end())) v.refuse("output.stages", "allowed are ascending times");
   }
   c.output = {v.number("output.frames"), v.number("output.energy"), v.flag("output.paraview"), v.flag("output.trajectory"), v.flag("output.pictures"), std::move(c.output.stages)};
+  c.instrument = read_instrument(v);
   c.observe = read_observers(v, c);
 
+  return c;
+}
+
+Case read_case(const std::string& file, const std::vector<std::string>& overrides) {
+  Values v = read_values(file, overrides);
+  Case c = case_of(v);
   // The echo stands elsewhere: it names itself, and its files by their full names.
   for (auto& [path, value] : v.given)
     if (value.key->kind == KeyKind::file) value.data = beside(v, std::get<std::string>(value.data));

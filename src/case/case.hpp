@@ -12,6 +12,7 @@
 #include "src/base/domain.hpp"
 #include "src/contact/rolling.hpp"
 #include "src/material/material.hpp"
+#include "src/observe/instrument.hpp"
 #include "src/observe/observer_settings.hpp"
 #include "src/particle/size_distribution.hpp"
 
@@ -129,6 +130,7 @@ struct Case {
   std::string time_step_where;      // in the file
   double time_step_fraction = 0.2;
   bool unsafe_time_step = false;
+  bool looked_at = false;           // built before with other numbers: its time step is taken as it is, and no warnings are sought
   std::vector<Material> materials;
   std::vector<PairCase> pairs;
   std::vector<SpeciesCase> species;
@@ -144,6 +146,7 @@ struct Case {
   std::vector<InsertCase> inserts;
   Domain domain;                  // the periodic directions of the case; a mill may add one
   OutputCase output;
+  InstrumentSettings instrument;
   ObserverSettings observe;       // driven_walls and mill are filled when the simulation is built
   std::vector<std::string> driven_walls, loading_walls;
   std::vector<std::string> warnings;  // plain sentences
@@ -152,5 +155,9 @@ struct Case {
 // Reads a case with the overrides ("key=value") laid over it. Throws InputError: one or two sentences that name file, line and
 // key, what was found, what is allowed and the nearest valid word.
 Case read_case(const std::string& file, const std::vector<std::string>& overrides = {});
+
+class Values;
+// The case that checked values mean, without its text. Throws InputError as read_case does.
+Case case_of(const Values& values);
 
 }  // namespace quern

@@ -229,6 +229,21 @@ constexpr Key table[] = {
     {"observe.impact_direction", vector, "1", "", any, "", "Direction with which those of cracks are compared; default: that in which the bodies move at the start, else down", ""},
     {"observe.line.point", vector, "m", "", any, "", "A point of the line of the velocity profile; default: through the mill's centre, across the free surface", ""},
     {"observe.line.direction", vector, "1", "", any, "", "Direction of that line", ""},
+    {"observe.signal", flag, "", "false", any, "", "Write what the instruments show of the first particle, signal.csv: place, velocity, spin, and force and displacement at the nearest wall", ""},
+
+    // What shows it: none of this acts on the motion
+    {"instrument.clock_shift", number, "s", "0", any, "", "By which the clock of the recording is late: what it shows at t happened at t − shift", ""},
+    {"instrument.<channel>.offset", number, "1", "0", any, "", "Added to what is shown, in the channel's SI unit. A channel is x, y, z, vx … wz, force or displacement, or one of position, velocity, spin for all three", ""},
+    {"instrument.<channel>.gain", number, "1", "1", positive, "", "Factor of the scale", ""},
+    {"instrument.<channel>.curvature", number, "1", "0", any, "", "Quadratic distortion of the scale: curvature × value² is added, in one over the channel's SI unit", ""},
+    {"instrument.<channel>.lag", number, "s", "0", not_negative, "", "Time constant of a first-order lag", ""},
+    {"instrument.<channel>.saturation", number, "1", "", positive, "", "Greatest value shown, either way, in the channel's SI unit; default: none", ""},
+
+    // A comparison with recordings (quern diagnose)
+    {"diagnose.free", names, "", "", any, "", "Keys of the case that may be calibrated, such as \"pair.ball.plate.restitution\"; gravity.z names a component of a vector", ""},
+    {"diagnose.bounds.<key>", numbers, "1", "", any, "", "[least, greatest] of a free key, in its SI unit; default: the key's range, within a factor ten of the case's value", ""},
+    {"diagnose.initial_state", word, "", "\"recording\"", any, "recording case", "Trajectories begin with a place and velocity estimated from each run (and the spin, where it is recorded), or as the case and the conditions say", ""},
+    {"diagnose.held_out", number, "1", "0.25", {0, 0.8}, "", "Part of the runs that is sealed for the last check, where the recording has no column held_out", ""},
 };
 
 bool is_placeholder(std::string_view segment) { return segment.starts_with('<'); }

@@ -99,14 +99,18 @@ class Reader {
   void flatten(const toml::table& table, const Path& path, const std::string& given, bool once) {
     for (const auto& [name, node] : table) {
       Path here = path;
-      here.emplace_back(name.str());
+      // The names in diagnose.bounds are keys, quoted or not.
+      if (here.size() == 3 && here[0] == "diagnose" && here[1] == "bounds") here[2] += "." + std::string(name.str());
+      else here.emplace_back(name.str());
       place(here, node, given, once);
     }
   }
 
   void place(Path path, const toml::node& node, const std::string& given, bool once) {
     const std::string where = where_of(node, given);
-    if (!good_name(path.back())) fail(fmt::format("{}: found the name \"{}\"; allowed are letters, digits, _ and -.", where, shorten(path.back())));
+    const bool bounds = path.size() == 3 && path[0] == "diagnose" && path[1] == "bounds";
+    if (bounds && node.is_table()) return flatten(*node.as_table(), path, given, once);
+    if (!bounds && !good_name(path.back())) fail(fmt::format("{}: found the name \"{}\"; allowed are letters, digits, _ and -.", where, shorten(path.back())));
     if (path.size() >= 3 && (path[0] == "pair" || path[0] == "bond") && path[1] != "default" && path[1] > path[2]) std::swap(path[1], path[2]);
     const Key* key = find_key(path);
     if (node.is_table()) {
@@ -264,7 +268,7 @@ class Reader {
   Units units_;
 };
 
-Value default_of(const Key& key) {
+Value read_default(const Key& key) {
   Value value;
   value.key = &key;
   const toml::table parsed = toml::parse(fmt::format("value = {}", key.fallback));
@@ -283,6 +287,19 @@ Value default_of(const Key& key) {
     default: value.data = *node.value<std::string>(); break;
   }
   return value;
+}
+
+// By key; most keys of a case have theirs, so each is read but once.
+const Value& default_of(const Key& key) {
+  static const std::vector<Value> all = [] {
+    std::vector<Value> values;
+    for (const Key& one : all_keys()) {
+      const bool none = one.required() || std::string_view(one.fallback).empty();
+      values.push_back(none ? Value{} : read_default(one));
+    }
+    return values;
+  }();
+  return all[static_cast<std::size_t>(&key - all_keys().data())];
 }
 
 std::string as_toml(const Value& value) {
@@ -317,6 +334,14 @@ bool Values::has_table(const std::string& path) const {
   return std::any_of(given.begin(), given.end(), [&](const auto& entry) {
     return entry.first.size() > prefix.size() && std::equal(prefix.begin(), prefix.end(), entry.first.begin());
   });
+}
+
+void Values::put(const std::string& path, decltype(Value::data) data, const std::string& from) {
+  const Path split = split_path(path);
+  const Key* key = find_key(split);
+  if (key == nullptr) throw std::logic_error("no key " + path);
+  given[split] = Value{std::move(data), key, from};
+  for (std::size_t depth = 1; depth < split.size(); ++depth) where.emplace(Path(split.begin(), split.begin() + static_cast<std::ptrdiff_t>(depth)), from);
 }
 
 std::vector<std::string> Values::names(const std::string& table) const {
@@ -388,6 +413,11 @@ std::string complete_case(const Values& values) {
       Path path = split_path(key.path);
       const bool pair_default = table.size() == 2 && (table[0] == "pair" || table[0] == "bond") && path[0] == table[0];
       if (!pair_default && path.size() != table.size() + 1) continue;
+      if (path.back() == "<key>") {
+        for (const auto& [given, value] : values.given)
+          if (value.key == &key) text += fmt::format("\"{}\" = {}\n", given.back(), as_toml(value));
+        continue;
+      }
       const std::string leaf = path.back();
       path = table;
       path.push_back(leaf);

@@ -41,6 +41,9 @@ class Values {
   std::vector<Vec3> vectors(const std::string& path) const;
   std::optional<double> number_if(const std::string& path) const;
 
+  // Gives a key a value of its kind, in SI units, which is not checked; `from` is where it comes from, for messages.
+  void put(const std::string& path, decltype(Value::data) data, const std::string& from);
+
   // Throws InputError: where the key stands (or its table, or the file), its name, and what is wrong with it.
   [[noreturn]] void refuse(const std::string& path, const std::string& what) const;
 

@@ -22,5 +22,6 @@ void add_linearize(CLI::App& program, Action& action);
 void add_grinding(CLI::App& program, Action& action);
 void add_breakage(CLI::App& program, Action& action);
 void add_calibrate(CLI::App& program, Action& action);
+void add_diagnose(CLI::App& program, Action& action);
 
 }  // namespace quern

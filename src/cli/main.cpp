@@ -60,6 +60,7 @@ int main(int argc, char** argv) {
   quern::add_grinding(program, action);
   quern::add_breakage(program, action);
   quern::add_calibrate(program, action);
+  quern::add_diagnose(program, action);
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

@@ -17,6 +17,7 @@ struct Contacts {
   double wall_travelled = 0;    // the same for walls
   std::int64_t searches = 0;
   std::int64_t steps_since_search = 0;
+  std::vector<double> moved;      // by block: the largest distance in the last step [m]
   std::vector<Collision> ended;   // in the last step
   StepSums sums;                  // of the last step
   std::vector<WallSums> wall_sums;

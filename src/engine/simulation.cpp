@@ -29,12 +29,13 @@ double extent_of(const Particles& particles) {
                              s.clock.step));
 }
 
-void advance_particles(Simulation& s) {
-  std::vector<double> moved(s.contacts.blocks.size());
+void advance_particles(Simulation& s, double time_step) {
+  std::vector<double>& moved = s.contacts.moved;
+  moved.resize(s.contacts.blocks.size());
   s.team->run(static_cast<int>(moved.size()), [&](int b) {
     const ContactBlock& block = s.contacts.blocks[static_cast<std::size_t>(b)];
-    if (!s.particles.orientation.empty()) s.kernels->turn(s.particles, block.first, block.last, s.clock.time_step);
-    moved[static_cast<std::size_t>(b)] = s.kernels->advance(s.particles, block.first, block.last, s.clock.time_step);
+    if (!s.particles.orientation.empty()) s.kernels->turn(s.particles, block.first, block.last, time_step);
+    moved[static_cast<std::size_t>(b)] = s.kernels->advance(s.particles, block.first, block.last, time_step);
   });
   double largest = 0;
   for (double m : moved) {
@@ -90,6 +91,11 @@ void finish_block(Simulation& s, std::size_t mine, double time_step) {
 void apply_contacts(Simulation& s, const StepContext& context) {
   std::vector<ContactBlock>& blocks = s.contacts.blocks;
   const auto count = static_cast<int>(blocks.size());
+  if (count == 1) {
+    find_forces(s, context, blocks[0]);
+    finish_block(s, 0, context.time_step);
+    return;
+  }
   std::vector<std::atomic<Index>> awaited(blocks.size());
   std::vector<std::uint8_t> finished(blocks.size(), 0);
   for (std::size_t b = 0; b < blocks.size(); ++b) awaited[b].store(static_cast<Index>(blocks[b].incoming.size()), std::memory_order_relaxed);
@@ -188,22 +194,29 @@ void Simulation::start(bool record_collisions) {
   reference_energy = {ledger.kinetic, ledger.potential};
 }
 
-void Simulation::step() {
-  advance_particles(*this);
-  ++clock.step;
+void Simulation::step() { go_on(1); }
+
+void Simulation::fly(std::int64_t steps) { go_on(steps); }
+
+void Simulation::go_on(std::int64_t steps) {
+  const double time_step = static_cast<double>(steps) * clock.time_step;
+  advance_particles(*this, time_step);
+  clock.step += steps;
   move_walls();
   double closing = 0;
   if (!walls.empty()) {
     const double extent = extent_of_particles;
     for (const Wall& wall : walls) closing = std::max(closing, closing_speed(wall, extent));
   }
-  contacts.wall_travelled += closing * clock.time_step;
+  contacts.wall_travelled += closing * time_step;
   if (contacts.stale()) {
     search(*this);
     extent_of_particles = extent_of(particles);
   }
-  apply_contacts(*this, context());
-  gather_sums(*this, clock.time_step);
+  StepContext now = context();
+  now.time_step = time_step;
+  apply_contacts(*this, now);
+  gather_sums(*this, time_step);
 }
 
 std::array<double, 2> Simulation::kinetic_and_potential() const {

@@ -23,6 +23,8 @@ struct Clock {
   double time() const { return static_cast<double>(step) * time_step; }
 };
 
+inline constexpr std::uint8_t no_law = 255;  // pair kind of materials that cannot meet
+
 struct Species {
   std::string name;
   std::uint8_t material = 0;
@@ -33,7 +35,7 @@ struct Simulation {
   std::vector<Material> materials;
   std::vector<Species> species;
   std::vector<PairLaw> pair_laws;         // by pair kind
-  std::vector<std::uint8_t> pair_kind;    // [a * materials + b] → kind, symmetric
+  std::vector<std::uint8_t> pair_kind;    // [a * materials + b] → kind or no_law, symmetric
   Domain domain;
   std::vector<Frame> frames;
   std::vector<Wall> walls;
@@ -50,6 +52,9 @@ struct Simulation {
   // Call once when everything above is in place (record_collisions: whether collisions are written down).
   void start(bool record_collisions);
   void step();
+  // One step that is as long as `steps` time steps, for a flight through free space: nothing may come to touch on the way (see
+  // free_steps). The clock goes on by so many.
+  void fly(std::int64_t steps);
 
   // Fills the stored part of the ledger (kinetic, potential) for this instant; step() keeps the rest.
   void measure_energy();
@@ -67,6 +72,7 @@ struct Simulation {
   double extent_of_particles = 0;                // of the box that holds them, as of the last search [m]
 
  private:
+  void go_on(std::int64_t steps);
   StepContext context() const;
 };
 

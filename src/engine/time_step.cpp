@@ -84,7 +84,9 @@ TimeStepLimit time_step_limit(const Simulation& s, double speed, double fraction
   Search search;
   const std::size_t count = s.materials.size();
   const auto consider = [&](std::uint8_t a, const Smallest& first, std::uint8_t b, const Smallest* second) {
-    const ContactLaw& law = s.pair_laws[s.pair_kind[a * count + b]].law;
+    const std::uint8_t kind = s.pair_kind[a * count + b];
+    if (kind == no_law) return;
+    const ContactLaw& law = s.pair_laws[kind].law;
     const std::string pair = fmt::format("{} on {}{}", s.materials[a].name, second == nullptr ? "wall of " : "", s.materials[b].name);
     const double radius = second == nullptr ? first.radius : first.radius * second->radius / (first.radius + second->radius);
     const double mass = second == nullptr ? first.mass : first.mass * second->mass / (first.mass + second->mass);
@@ -114,7 +116,8 @@ TimeStepLimit time_step_limit(const Simulation& s, double speed, double fraction
     for (const Wall& wall : s.walls) consider(a, first, wall.material, nullptr);
   }
   consider_bonds(s, search);
-  if (search.found.limit == 0) search.found = {1e-3, 1e-3, "no particles yet: 1 ms"};
+  if (search.found.limit == 0 && by_material.empty()) search.found = {1e-3, 1e-3, "no particles yet: 1 ms"};
+  if (search.found.limit == 0) search.found = {1, 1e-3, "nothing can touch: 1 s"};
   search.found.recommended = std::min(search.found.recommended, search.found.limit);
   return search.found;
 }

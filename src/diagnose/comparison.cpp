@@ -1,0 +1,443 @@
+#include "src/diagnose/comparison.hpp"
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace quern {
+namespace {
+
+using Row = Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double infinite = std::numeric_limits<double>::infinity();
+
+std::size_t samples_of(const RecordedRun& run) {
+  std::size_t count = 0;
+  for (const Series& series : run.series) count += series.value.size();
+  return count;
+}
+
+// The channels that were recorded.
+std::vector<std::size_t> channels_of(const Recording& recording) {
+  std::vector<bool> seen(channel_count);
+  for (const RecordedRun& run : recording.runs)
+    for (const Series& series : run.series) seen[static_cast<std::size_t>(series.channel)] = true;
+  std::vector<std::size_t> channels;
+  for (std::size_t c = 0; c < channel_count; ++c)
+    if (seen[c]) channels.push_back(c);
+  return channels;
+}
+
+// Takes what the columns explain out of a vector and other columns; returns ln |R| of the columns.
+double project_out(const MatrixXd& columns, MatrixXd& others, VectorXd& rest) {
+  if (columns.cols() == 0) return 0;
+  const Eigen::ColPivHouseholderQR<MatrixXd> qr(columns);
+  const Row rank = std::min<Row>(qr.rank(), columns.rows());
+  const MatrixXd basis = qr.householderQ() * MatrixXd::Identity(columns.rows(), rank);
+  others -= basis * (basis.transpose() * others);
+  rest -= basis * (basis.transpose() * rest);
+  double log_size = 0;
+  for (Row k = 0; k < rank; ++k) log_size += std::log(std::abs(qr.matrixQR()(k, k)));
+  return log_size;
+}
+
+double median_spacing(const Recording& recording, Channel channel) {
+  std::vector<double> spacings;
+  for (const RecordedRun& run : recording.runs)
+    for (const Series& series : run.series)
+      if (series.channel == channel)
+        for (std::size_t k = 1; k < series.t.size(); ++k) spacings.push_back(series.t[k] - series.t[k - 1]);
+  if (spacings.empty()) return 1;
+  const auto middle = spacings.begin() + static_cast<std::ptrdiff_t>(spacings.size() / 2);
+  std::nth_element(spacings.begin(), middle, spacings.end());
+  return *middle > 0 ? *middle : 1;
+}
+
+// The finest difference that a channel shows: below it nothing is noise.
+double resolution_of(const Recording& recording, Channel channel) {
+  double largest = 0;
+  for (const RecordedRun& run : recording.runs)
+    for (const Series& series : run.series)
+      if (series.channel == channel)
+        for (double y : series.value) largest = std::max(largest, std::abs(y));
+  return 1e-7 * std::max(largest, 1e-12);
+}
+
+}  // namespace
+
+Alteration Comparison::alteration_of(const Fit& fit) const {
+  Alteration altered{{}, fit.settings};
+  for (std::size_t k = 0; k < fit.moved.size(); ++k) altered.changes.push_back({&fit.moved[k], fit.shared[k]});
+  return altered;
+}
+
+bool Comparison::predict(std::size_t run, const Alteration& altered, const std::vector<double>& unknowns, VectorXd& rest) const {
+  const RecordedRun& recorded = experiment_->recording().runs[run];
+  const Experiment::Prediction predicted = experiment_->predict(run, altered, unknowns);
+  rest.resize(static_cast<Row>(samples_of(recorded)));
+  Row row = 0;
+  for (std::size_t s = 0; s < predicted.size(); ++s)
+    for (std::size_t k = 0; k < predicted[s].size(); ++k) rest[row++] = recorded.series[s].value[k] - predicted[s][k];
+  return rest.allFinite();
+}
+
+Whitened Comparison::whitened(std::size_t run, const RunLinear& linear, const Noise& noise) const {
+  Whitened w{linear.rest, linear.unknowns, linear.shared, 0};
+  Row row = 0;
+  for (const Series& series : experiment_->recording().runs[run].series) {
+    const auto n = static_cast<Row>(series.value.size());
+    const ChannelNoise& own = noise[static_cast<std::size_t>(series.channel)];
+    const Whitening whitening = whitening_of(series, own);
+    whiten(whitening, w.rest.segment(row, n));
+    if (w.unknowns.cols() > 0) whiten(whitening, w.unknowns.middleRows(row, n));
+    if (w.shared.cols() > 0) whiten(whitening, w.shared.middleRows(row, n));
+    w.log_density -= whitening.log_scale;
+    for (Row i = row; i < row + n; ++i) {
+      const double u = w.rest[i], root = std::sqrt(weight_of(u, own.tail));
+      w.log_density += log_density(u, own.tail);
+      w.rest[i] *= root;
+      w.unknowns.row(i) *= root;
+      w.shared.row(i) *= root;
+    }
+    row += n;
+  }
+  return w;
+}
+
+double Comparison::log_likelihood(const Fit& fit) const {
+  double sum = 0;
+  for (std::size_t k = 0; k < fit.runs.size(); ++k) {
+    const RunLinear bare{fit.linear[k].rest, MatrixXd(fit.linear[k].rest.size(), 0), MatrixXd(fit.linear[k].rest.size(), 0)};
+    if (!bare.rest.allFinite()) return -infinite;
+    sum += whitened(fit.runs[k], bare, fit.noise).log_density;
+  }
+  return sum;
+}
+
+// The likelihood less ½ ln det of the information on the unknowns and the common parameters.
+double Comparison::restricted(const Fit& fit, const Noise& noise, std::size_t common) const {
+  double sum = 0;
+  const auto k = static_cast<Row>(common);
+  MatrixXd information = MatrixXd::Zero(k, k);
+  for (std::size_t r = 0; r < fit.runs.size(); ++r) {
+    Whitened w = whitened(fit.runs[r], fit.linear[r], noise);
+    MatrixXd shared = w.shared.leftCols(k);
+    sum += w.log_density - project_out(w.unknowns, shared, w.rest);
+    information += shared.transpose() * shared;
+  }
+  if (k > 0) {
+    const Eigen::LDLT<MatrixXd> ldlt(information);
+    for (Row i = 0; i < k; ++i) sum -= 0.5 * std::log(std::max(ldlt.vectorD()[i], 1e-300));
+  }
+  return sum;
+}
+
+void Comparison::linearize(Fit& fit) const {
+  fit.linear.resize(fit.runs.size());
+  team_->run(static_cast<int>(fit.runs.size()), [&](int place) {
+    const std::size_t run = fit.runs[static_cast<std::size_t>(place)];
+    RunLinear& linear = fit.linear[static_cast<std::size_t>(place)];
+    Alteration altered = alteration_of(fit);
+    std::vector<double> own = fit.unknowns[run];
+    if (!predict(run, altered, own, linear.rest)) linear.rest.setConstant(infinite);
+    const std::vector<Unknown>& unknowns = experiment_->unknowns(run);
+    linear.unknowns.setZero(linear.rest.size(), static_cast<Row>(unknowns.size()));
+    linear.shared.setZero(linear.rest.size(), static_cast<Row>(fit.moved.size()));
+    VectorXd above, below;
+    // The slope between two values of one number.
+    const auto slope = [&](double& number, double low, double high, double scale, Eigen::Ref<VectorXd> column) {
+      const double here = number;
+      number = high;
+      const bool up = predict(run, altered, own, above);
+      number = low;
+      const bool down = predict(run, altered, own, below);
+      number = here;
+      if (up && down && high > low) column = (below - above) * (scale / (high - low));
+    };
+    for (std::size_t k = 0; k < unknowns.size(); ++k) {
+      const double step = 0.1 * unknowns[k].scale;
+      slope(own[k], own[k] - step, own[k] + step, unknowns[k].scale, linear.unknowns.col(static_cast<Row>(k)));
+    }
+    for (std::size_t k = 0; k < fit.moved.size(); ++k) {
+      const Parameter& p = fit.moved[k];
+      double step = 0.01 * p.scale;
+      if (fit.covariance.rows() > static_cast<Row>(k) && fit.deviation(k) > 0) step = std::clamp(0.3 * fit.deviation(k), 1e-5 * p.scale, step);
+      double& value = altered.changes[k].value;
+      slope(value, std::max(value - step, p.lower), std::min(value + step, p.upper), p.scale, linear.shared.col(static_cast<Row>(k)));
+    }
+  });
+}
+
+void Comparison::estimate_noise(Fit& fit, const FitOptions& options) const {
+  const Recording& recording = experiment_->recording();
+  // How many samples each estimated number takes away: shared out by the channels' samples.
+  double estimated = static_cast<double>(fit.moved.size());
+  for (const std::size_t run : fit.runs) estimated += static_cast<double>(experiment_->unknowns(run).size());
+  const double free_part = std::max(0.05, 1 - estimated / std::max(1.0, static_cast<double>(fit.samples)));
+  for (const std::size_t c : channels_of(recording)) {
+    ChannelNoise& own = fit.noise[c];
+    own.spacing = median_spacing(recording, static_cast<Channel>(c));
+    const double least = resolution_of(recording, static_cast<Channel>(c));
+    bool has_deviations = false;
+    const auto innovations = [&](const ChannelNoise& trial) {
+      std::vector<double> all;
+      for (std::size_t r = 0; r < fit.runs.size(); ++r) {
+        Row row = 0;
+        for (const Series& series : recording.runs[fit.runs[r]].series) {
+          const auto n = static_cast<Row>(series.value.size());
+          if (static_cast<std::size_t>(series.channel) == c) {
+            has_deviations |= !series.deviation.empty();
+            VectorXd u = fit.linear[r].rest.segment(row, n);
+            whiten(whitening_of(series, trial), u);
+            all.insert(all.end(), u.data(), u.data() + n);
+          }
+          row += n;
+        }
+      }
+      return all;
+    };
+    // σ for a correlation and a tail: the weights and the deviation in turn.
+    const auto settle = [&](ChannelNoise& trial) {
+      trial.deviation = 1;
+      const std::vector<double> plain = innovations(trial);
+      double deviation = std::max(robust_deviation(plain), 1e-300);
+      for (int round = 0; round < 20; ++round) {
+        double sum = 0;
+        for (double x : plain) sum += weight_of(x / deviation, trial.tail) * x * x;
+        const double next = std::sqrt(sum / (free_part * static_cast<double>(plain.size())));
+        const bool done = std::abs(next - deviation) < 1e-6 * deviation;
+        deviation = std::max(next, 1e-300);
+        if (done) break;
+      }
+      trial.deviation = has_deviations ? std::max(deviation, 0.3) : std::max(deviation, least);
+    };
+    const auto quality = [&](ChannelNoise trial) {
+      settle(trial);
+      Noise noise = fit.noise;
+      noise[c] = trial;
+      return restricted(fit, noise, fit.moved.size());
+    };
+    if (fit.samples < 30) {
+      settle(own);
+      continue;
+    }
+    // Correlation: a coarse look, then finer about the best.
+    double best = quality(own), best_phi = own.correlation;
+    const auto look = [&](double phi) {
+      ChannelNoise trial = own;
+      trial.correlation = phi;
+      const double q = quality(trial);
+      if (q > best) best = q, best_phi = phi;
+    };
+    if (own.correlation == 0)
+      for (double phi : {0.15, 0.4, 0.65, 0.85, 0.95}) look(phi);
+    for (double width : {0.3, 0.1, 0.03}) {
+      const double centre = best_phi;
+      for (double side : {-1.0, 1.0}) {
+        // In the scale of ln((1+φ)/(1−φ)), in which 0.9 and 0.99 lie as far apart as 0.2 and 0.8.
+        const double z = std::atanh(std::min(centre, 0.995)) + side * width;
+        if (z > 0) look(std::min(std::tanh(z), 0.995));
+      }
+    }
+    own.correlation = best_phi < 0.02 ? 0 : best_phi;
+    if (options.tails) {
+      double best_tail = own.tail;
+      best = -infinite;
+      for (double tail : {1e9, 12.0, 6.0, 4.0, 3.0, 2.2}) {
+        ChannelNoise trial = own;
+        trial.tail = tail;
+        // A tail must be worth more than one number.
+        const double q = quality(trial) - (tail < 1e6 ? 2 : 0);
+        if (q > best) best = q, best_tail = tail;
+      }
+      own.tail = best_tail;
+    }
+    settle(own);
+  }
+}
+
+Fit Comparison::fit(const std::vector<Parameter>& moved, const std::vector<Setting>& settings, const std::vector<std::size_t>& runs, const Fit* start, const FitOptions& options) const {
+  Fit fit;
+  fit.moved = moved;
+  fit.settings = settings;
+  fit.runs = runs;
+  for (const Parameter& p : moved) fit.shared.push_back(p.value);
+  fit.unknowns.resize(experiment_->runs());
+  for (std::size_t r = 0; r < experiment_->runs(); ++r)
+    for (const Unknown& u : experiment_->unknowns(r)) fit.unknowns[r].push_back(u.guess);
+  for (const std::size_t r : runs) fit.samples += samples_of(experiment_->recording().runs[r]);
+  bool noise_known = false;
+  if (start != nullptr) {
+    for (std::size_t k = 0; k < moved.size(); ++k)
+      for (std::size_t j = 0; j < start->moved.size(); ++j)
+        if (start->moved[j].name == moved[k].name) fit.shared[k] = std::clamp(start->shared[j], moved[k].lower, moved[k].upper);
+    fit.unknowns = start->unknowns;
+    fit.noise = start->noise;
+    noise_known = true;
+  }
+  const auto shared = static_cast<Row>(moved.size());
+  for (int round = 0; round <= options.noise_rounds; ++round) {
+    linearize(fit);
+    if (!noise_known) {
+      // A first idea: the robust size of what is left, so that wild points do not lead.
+      for (const std::size_t c : channels_of(experiment_->recording())) fit.noise[c].tail = 4;
+      for (const std::size_t c : channels_of(experiment_->recording())) {
+        std::vector<double> rest;
+        for (std::size_t r = 0; r < runs.size(); ++r) {
+          Row row = 0;
+          for (const Series& series : experiment_->recording().runs[runs[r]].series) {
+            for (std::size_t k = 0; k < series.value.size(); ++k, ++row)
+              if (static_cast<std::size_t>(series.channel) == c && std::isfinite(fit.linear[r].rest[row]))
+                rest.push_back(fit.linear[r].rest[row] / (series.deviation.empty() ? 1 : series.deviation[k]));
+          }
+        }
+        fit.noise[c].deviation = std::max(robust_deviation(rest), resolution_of(experiment_->recording(), static_cast<Channel>(c)));
+      }
+      noise_known = true;
+    }
+    double damping = 1e-3;
+    double quality = log_likelihood(fit);
+    bool at_rest = false;
+    for (int iteration = 0; iteration < options.most_iterations && !at_rest; ++iteration) {
+      ++fit.iterations;
+      MatrixXd information = MatrixXd::Zero(shared, shared);
+      VectorXd slope = VectorXd::Zero(shared);
+      std::vector<Whitened> white(runs.size());
+      std::vector<MatrixXd> left(runs.size());
+      bool finite = true;
+      for (std::size_t r = 0; r < runs.size(); ++r) {
+        if (!fit.linear[r].rest.allFinite()) { finite = false; break; }
+        white[r] = whitened(runs[r], fit.linear[r], fit.noise);
+        left[r] = white[r].shared;
+        VectorXd rest = white[r].rest;
+        project_out(white[r].unknowns, left[r], rest);
+        information += left[r].transpose() * left[r];
+        slope += left[r].transpose() * rest;
+      }
+      if (!finite) break;
+      // How well each parameter is known tells how wide its slopes are taken.
+      fit.covariance = MatrixXd::Zero(shared, shared);
+      for (Row i = 0; i < shared; ++i)
+        if (information(i, i) > 0) fit.covariance(i, i) = moved[static_cast<std::size_t>(i)].scale * moved[static_cast<std::size_t>(i)].scale / information(i, i);
+      // Parameters on a bound that would go beyond it stand still.
+      std::vector<bool> still(moved.size(), false);
+      for (std::size_t k = 0; k < moved.size(); ++k) {
+        const auto i = static_cast<Row>(k);
+        still[k] = (fit.shared[k] >= moved[k].upper && slope[i] > 0) || (fit.shared[k] <= moved[k].lower && slope[i] < 0) || information(i, i) < 1e-20;
+      }
+      bool better = false;
+      for (int attempt = 0; attempt < 8 && !better; ++attempt) {
+        MatrixXd damped = information;
+        VectorXd pull = slope;
+        for (Row i = 0; i < shared; ++i) {
+          damped(i, i) += damping * information(i, i) + 1e-30;
+          if (still[static_cast<std::size_t>(i)]) damped.row(i).setZero(), damped.col(i).setZero(), damped(i, i) = 1, pull[i] = 0;
+        }
+        const VectorXd step = shared > 0 ? VectorXd(damped.ldlt().solve(pull)) : VectorXd(0);
+        Fit trial;
+        trial.moved = fit.moved, trial.settings = fit.settings, trial.shared = fit.shared, trial.unknowns = fit.unknowns, trial.noise = fit.noise, trial.runs = fit.runs;
+        trial.linear.resize(runs.size());
+        VectorXd taken(shared);
+        for (Row i = 0; i < shared; ++i) {
+          const auto k = static_cast<std::size_t>(i);
+          trial.shared[k] = std::clamp(fit.shared[k] + moved[k].scale * step[i], moved[k].lower, moved[k].upper);
+          taken[i] = (trial.shared[k] - fit.shared[k]) / moved[k].scale;
+        }
+        for (std::size_t r = 0; r < runs.size(); ++r) {
+          const std::vector<Unknown>& unknowns = experiment_->unknowns(runs[r]);
+          if (unknowns.empty()) continue;
+          const VectorXd target = shared > 0 ? VectorXd(white[r].rest - white[r].shared * taken) : white[r].rest;
+          const VectorXd change = white[r].unknowns.colPivHouseholderQr().solve(target) / (1 + damping);
+          for (std::size_t k = 0; k < unknowns.size(); ++k) trial.unknowns[runs[r]][k] += unknowns[k].scale * change[static_cast<Row>(k)];
+        }
+        const Alteration altered = alteration_of(trial);
+        team_->run(static_cast<int>(runs.size()), [&](int place) {
+          const auto r = static_cast<std::size_t>(place);
+          if (!predict(runs[r], altered, trial.unknowns[runs[r]], trial.linear[r].rest)) trial.linear[r].rest.setConstant(infinite);
+        });
+        const double reached = log_likelihood(trial);
+        if (reached > quality - 1e-9) {
+          at_rest = reached - quality < 1e-3;
+          fit.shared = trial.shared, fit.unknowns = trial.unknowns;
+          quality = reached;
+          damping = std::max(1e-9, damping * 0.1);
+          better = true;
+        } else {
+          damping = std::max(1e-6, damping * 10);
+        }
+      }
+      if (!better) at_rest = true;
+      linearize(fit);
+    }
+    fit.sound = std::isfinite(quality);
+    if (!fit.sound) break;
+    if (round == options.noise_rounds) break;
+    const Noise before = fit.noise;
+    estimate_noise(fit, options);
+    double change = 0;
+    for (std::size_t c = 0; c < channel_count; ++c)
+      change = std::max({change, std::abs(std::log(fit.noise[c].deviation / before[c].deviation)), std::abs(fit.noise[c].correlation - before[c].correlation),
+                         std::abs(1 / fit.noise[c].tail - 1 / before[c].tail)});
+    if (change < 0.01) break;
+  }
+  fit.covariance = MatrixXd::Zero(shared, shared);
+  if (fit.sound) {
+    MatrixXd information = MatrixXd::Zero(shared, shared);
+    for (std::size_t r = 0; r < runs.size(); ++r) {
+      Whitened w = whitened(runs[r], fit.linear[r], fit.noise);
+      VectorXd rest = w.rest;
+      project_out(w.unknowns, w.shared, rest);
+      information += w.shared.transpose() * w.shared;
+    }
+    for (Row i = 0; i < shared; ++i) information(i, i) += 1e-12 * (1 + information(i, i));
+    const MatrixXd inverse = shared > 0 ? MatrixXd(information.ldlt().solve(MatrixXd::Identity(shared, shared))) : MatrixXd(0, 0);
+    for (Row i = 0; i < shared; ++i)
+      for (Row j = 0; j < shared; ++j) fit.covariance(i, j) = inverse(i, j) * moved[static_cast<std::size_t>(i)].scale * moved[static_cast<std::size_t>(j)].scale;
+    fit.log_likelihood = restricted(fit, fit.noise, options.common);
+  }
+  return fit;
+}
+
+Fit Comparison::carry_over(const Fit& from, const std::vector<std::size_t>& runs) const {
+  // Shared parameters that cannot move.
+  std::vector<Parameter> fixed = from.moved;
+  for (std::size_t k = 0; k < fixed.size(); ++k) fixed[k].lower = fixed[k].upper = from.shared[k];
+  FitOptions options;
+  options.noise_rounds = 0;
+  return fit(fixed, from.settings, runs, &from, options);
+}
+
+std::vector<VectorXd> Comparison::response(const Fit& fit, const Alteration& more) const {
+  std::vector<VectorXd> responses(fit.runs.size());
+  Alteration all = alteration_of(fit);
+  all.changes.insert(all.changes.end(), more.changes.begin(), more.changes.end());
+  all.settings.insert(all.settings.end(), more.settings.begin(), more.settings.end());
+  team_->run(static_cast<int>(fit.runs.size()), [&](int place) {
+    const auto r = static_cast<std::size_t>(place);
+    const std::size_t run = fit.runs[r];
+    const Experiment::Prediction predicted = experiment_->predict(run, all, fit.unknowns[run]);
+    const RecordedRun& recorded = experiment_->recording().runs[run];
+    VectorXd rest(fit.linear[r].rest.size());
+    Row row = 0;
+    for (std::size_t s = 0; s < predicted.size(); ++s)
+      for (std::size_t k = 0; k < predicted[s].size(); ++k) rest[row++] = recorded.series[s].value[k] - predicted[s][k];
+    responses[r] = fit.linear[r].rest - rest;
+  });
+  return responses;
+}
+
+double Comparison::misfit(const Fit& fit, const Noise& noise) const {
+  double sum = 0, count = 0;
+  for (std::size_t r = 0; r < fit.runs.size(); ++r) {
+    const RunLinear bare{fit.linear[r].rest, MatrixXd(fit.linear[r].rest.size(), 0), MatrixXd(fit.linear[r].rest.size(), 0)};
+    const Whitened w = whitened(fit.runs[r], bare, noise);
+    sum += w.rest.squaredNorm();
+    count += static_cast<double>(w.rest.size());
+  }
+  return count > 0 ? std::sqrt(sum / count) : 0;
+}
+
+}  // namespace quern

@@ -1,0 +1,85 @@
+// Fits of the experiment to its recording: shared parameters, what each run leaves unknown, and the noise, together.
+#pragma once
+#include <Eigen/Core>
+#include <vector>
+#include "src/base/threads.hpp"
+#include "src/diagnose/experiment.hpp"
+#include "src/diagnose/noise.hpp"
+
+namespace quern {
+
+// One run about a fit: what is left, and how it would change. Rows go through the samples of a run, series after series.
+struct RunLinear {
+  Eigen::VectorXd rest;      // recorded − predicted
+  Eigen::MatrixXd unknowns;  // ∂ predicted/∂ unknowns, in their scales
+  Eigen::MatrixXd shared;    // ∂ predicted/∂ shared parameters, in their scales
+};
+
+struct Fit {
+  std::vector<Parameter> moved;                // shared parameters
+  std::vector<double> shared;                  // their values
+  std::vector<Setting> settings;               // other keys that were set
+  std::vector<std::vector<double>> unknowns;   // by run
+  Noise noise;
+  std::vector<std::size_t> runs;               // that were fitted
+  std::vector<RunLinear> linear;               // by place in `runs`
+  Eigen::MatrixXd covariance;                  // of the shared parameters, in their units
+  double log_likelihood = -1e300;              // restricted to what the common unknowns leave (see Comparison::fit)
+  std::size_t samples = 0;
+  int iterations = 0;
+  bool sound = false;                          // the simulation ran and the search came to rest
+
+  double deviation(std::size_t k) const { return std::sqrt(std::max(0.0, covariance(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(k)))); }
+};
+
+struct FitOptions {
+  int most_iterations = 15;
+  int noise_rounds = 3;            // how often the noise is estimated again; 0: it is taken as given
+  bool tails = true;               // whether its tails are
+  std::size_t common = 0;          // how many of the shared parameters the models compared have in common: the first ones
+};
+
+// Independent residuals of one run and the columns beside them, weighted by the noise's tails at the fit.
+struct Whitened {
+  Eigen::VectorXd rest;
+  Eigen::MatrixXd unknowns, shared;
+  double log_density = 0;          // Σ ln p − Σ ln scale
+};
+
+class Comparison {
+ public:
+  Comparison(const Experiment& experiment, ThreadTeam& team) : experiment_(&experiment), team_(&team) {}
+  const Experiment& experiment() const { return *experiment_; }
+  ThreadTeam& team() const { return *team_; }
+
+  // The most likely values of the moved parameters, within their bounds, and of each run's unknowns, by Levenberg–Marquardt on the
+  // likelihood of the noise, whose parameters follow from the restricted likelihood (Patterson & Thompson 1971): what estimates take away from the
+  // residuals is given back. Begins at `start` where its sizes fit, else at the case.
+  Fit fit(const std::vector<Parameter>& moved, const std::vector<Setting>& settings, const std::vector<std::size_t>& runs, const Fit* start, const FitOptions& options) const;
+
+  // The unknowns of other runs alone, all shared parameters and the noise as in a fit.
+  Fit carry_over(const Fit& fit, const std::vector<std::size_t>& runs) const;
+
+  // How the predictions of the fitted runs would change with something more: by place in `runs`.
+  std::vector<Eigen::VectorXd> response(const Fit& fit, const Alteration& more) const;
+
+  Whitened whitened(std::size_t run, const RunLinear& linear, const Noise& noise) const;
+
+  // RMS over runs of the independent residuals, each over its standard deviation; tails count as their weights say.
+  double misfit(const Fit& fit, const Noise& noise) const;
+
+  Alteration alteration_of(const Fit& fit) const;
+
+ private:
+  // What is left of a run; false where the simulation fails.
+  bool predict(std::size_t run, const Alteration& altered, const std::vector<double>& unknowns, Eigen::VectorXd& rest) const;
+  void linearize(Fit& fit) const;
+  void estimate_noise(Fit& fit, const FitOptions& options) const;
+  double log_likelihood(const Fit& fit) const;              // of the residuals as they are
+  double restricted(const Fit& fit, const Noise& noise, std::size_t common) const;
+
+  const Experiment* experiment_;
+  ThreadTeam* team_;
+};
+
+}  // namespace quern

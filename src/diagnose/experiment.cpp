@@ -1,0 +1,356 @@
+#include "src/diagnose/experiment.hpp"
+#include <fmt/format.h>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include "src/base/error.hpp"
+#include "src/case/build.hpp"
+#include "src/diagnose/signal.hpp"
+#include "src/engine/free_flight.hpp"
+
+namespace quern {
+namespace {
+
+constexpr double failed = std::numeric_limits<double>::quiet_NaN();
+
+Path sorted_pair(Path path) {
+  if (path.size() >= 3 && path[0] == "pair" && path[1] != "default" && path[1] > path[2]) std::swap(path[1], path[2]);
+  return path;
+}
+
+// A line through the first samples of a series, at a time.
+struct Line {
+  double value, slope;
+};
+Line line_at(const Series& series, double time) {
+  const std::size_t count = std::min<std::size_t>(series.t.size(), 6);
+  double mean_t = 0, mean_y = 0;
+  for (std::size_t k = 0; k < count; ++k) mean_t += series.t[k], mean_y += series.value[k];
+  mean_t /= static_cast<double>(count), mean_y /= static_cast<double>(count);
+  double above = 0, below = 0;
+  for (std::size_t k = 0; k < count; ++k) above += (series.t[k] - mean_t) * (series.value[k] - mean_y), below += (series.t[k] - mean_t) * (series.t[k] - mean_t);
+  const double slope = below > 0 ? above / below : 0;
+  return {mean_y + slope * (time - mean_t), slope};
+}
+
+double span_of(const Series& series) {
+  const auto [least, most] = std::minmax_element(series.value.begin(), series.value.end());
+  return *most - *least;
+}
+
+}  // namespace
+
+void alter(Values& values, const Alteration& altered) {
+  for (const Setting& setting : altered.settings) values.put(setting.key, setting.data, "fit");
+  for (const auto& [parameter, value] : altered.changes) {
+    const std::string key = join_path(parameter->path);
+    if (parameter->component == -1) {
+      values.put(key, value, "fit");
+      continue;
+    }
+    std::vector<double> numbers = values.numbers(key);
+    if (parameter->component == Parameter::all_components) {
+      const double length = Eigen::Map<const Eigen::VectorXd>(numbers.data(), static_cast<Eigen::Index>(numbers.size())).norm();
+      for (double& x : numbers) x *= value / length;
+    } else {
+      numbers[static_cast<std::size_t>(parameter->component)] = value;
+    }
+    values.put(key, numbers, "fit");
+  }
+}
+
+Experiment::Experiment(Values base, const Recording& recording) : base_(std::move(base)), recording_(&recording) {
+  const std::string file = base_.file;
+  const Case c = case_of(base_);
+  if (c.inserts.size() != 1 || c.inserts[0].method != InsertCase::Method::list || c.inserts[0].balls.size() != 1 || c.inserts[0].agglomerate)
+    throw InputError(file + ": a recording of one body needs a case that inserts one ball at one place (insert.<name>.positions); found another.");
+  insert_ = c.inserts[0].name;
+  species_ = c.species[c.inserts[0].species].name;
+  if (c.species[c.inserts[0].species].sizes.smallest() != c.species[c.inserts[0].species].sizes.largest())
+    throw InputError(file + ": a recording of one body needs a species of one diameter; found a distribution of sizes.");
+  const Built built = build_case(c);
+  double nearest = 1e300;
+  const Vec3 centre = vec(built.simulation.particles.position[0]);
+  for (std::size_t w = 0; w < built.simulation.walls.size(); ++w) {
+    const double gap = std::abs(gap_to(built.simulation.walls[w], centre, built.simulation.particles.radius(0), 1e3 * built.simulation.particles.radius(0)));
+    if (gap < nearest) nearest = gap, nearest_wall_ = w;
+  }
+  if (!built.simulation.walls.empty()) {
+    std::string a = built.simulation.materials[c.species[c.inserts[0].species].material].name;
+    std::string b = built.simulation.materials[built.simulation.walls[nearest_wall_].material].name;
+    if (b < a) std::swap(a, b);
+    pair_table_ = "pair." + a + "." + b;
+    if (base_.where.count(split_path(pair_table_)) == 0) pair_table_ = "pair.default";
+  }
+  if (recording.kind != RecordingKind::trajectory && !has_wall())
+    throw InputError(file + ": a recording of a contact or of impacts needs a wall in the case; found none.");
+  estimates_start_ = base_.text("diagnose.initial_state") == "recording";
+  prepared_.resize(recording.runs.size());
+  for (std::size_t r = 0; r < recording.runs.size(); ++r) prepare(r);
+  choose_steps();
+}
+
+Parameter Experiment::parameter(const std::string& key) const {
+  Parameter p;
+  p.name = key;
+  p.path = sorted_pair(split_path(key));
+  const Key* found = find_key(p.path);
+  if (found == nullptr && p.path.size() > 1) {
+    const std::string last = p.path.back();
+    p.path.pop_back();
+    found = find_key(p.path);
+    if (found != nullptr && found->kind == KeyKind::vector && (last == "x" || last == "y" || last == "z")) p.component = last[0] - 'x';
+    else found = nullptr;
+  }
+  if (found == nullptr || (found->kind != KeyKind::number && p.component < 0))
+    base_.refuse("diagnose.free", fmt::format("found \"{}\", which is no number of a case; the nearest known key is {}", key, nearest_key(split_path(key))));
+  const std::string path = join_path(p.path);
+  if (p.component >= 0) p.value = base_.vector(path)[p.component];
+  else if (base_.has(path)) p.value = base_.number(path);
+  else if (found->fallback[0] != 0 && !found->required()) p.value = base_.number(path);
+  else base_.refuse("diagnose.free", fmt::format("found \"{}\", which the case does not give; allowed are keys that it gives", key));
+  const double size = std::abs(p.value);
+  p.lower = std::max(found->range.least, p.value == 0 ? -no_bound : p.value - 0.9 * size);
+  p.upper = std::min(found->range.most, p.value == 0 ? no_bound : p.value + 9 * size);
+  if (found->range.least >= 0 && p.value > 0) p.lower = std::max(p.lower, 0.1 * p.value);
+  const std::string bounds = "diagnose.bounds";
+  for (const auto& [given, value] : base_.given) {
+    if (given.size() != 3 || given[0] != "diagnose" || given[1] != "bounds" || sorted_pair(split_path(given[2])) != sorted_pair(split_path(key))) continue;
+    const auto& ends = std::get<std::vector<double>>(value.data);
+    if (ends.size() != 2 || !(ends[0] < ends[1]))
+      throw InputError(fmt::format("{}: diagnose.bounds.{}: allowed are two ascending numbers [least, greatest].", value.where, given[2]));
+    p.lower = std::max(ends[0], found->range.least), p.upper = std::min(ends[1], found->range.most);
+    if (!(p.lower <= p.value && p.value <= p.upper))
+      throw InputError(fmt::format("{}: diagnose.bounds.{}: found [{}, {}], without the case's own value {}; allowed are bounds about it.", value.where, given[2], ends[0], ends[1], p.value));
+  }
+  p.scale = size > 0 ? 0.1 * size : std::isfinite(p.upper - p.lower) ? 0.1 * (p.upper - p.lower) : 1;
+  return p;
+}
+
+void Experiment::prepare(std::size_t r) {
+  const RecordedRun& run = recording_->runs[r];
+  Prepared& p = prepared_[r];
+  p.values = base_;
+  const auto condition = [&](const char* name) -> std::optional<double> {
+    const auto found = run.conditions.find(name);
+    return found == run.conditions.end() ? std::nullopt : std::optional(found->second);
+  };
+  for (const auto& [name, value] : run.conditions)
+    if (name.find('.') != name.npos) {
+      const Parameter given = parameter(name);
+      alter(p.values, {{{&given, value}}, {}});
+    }
+  if (const auto diameter = condition("diameter")) p.values.put("species." + species_ + ".diameter", *diameter, run.where);
+  if (const auto density = condition("density")) p.values.put("species." + species_ + ".density", *density, run.where);
+  const double diameter = p.values.number("species." + species_ + ".diameter");
+  if (!(diameter > 0)) throw InputError(run.where + ": diameter: allowed is more than 0 m.");
+  if (const auto mass = condition("mass")) {
+    if (!(*mass > 0)) throw InputError(run.where + ": mass: allowed is more than 0 kg.");
+    p.values.put("species." + species_ + ".density", *mass / (std::numbers::pi / 6 * diameter * diameter * diameter), run.where);
+  }
+  p.radius = 0.5 * diameter;
+  const Case c = case_of(p.values);
+  const InsertCase::Ball& ball = c.inserts[0].balls[0];
+  p.position = ball.position, p.velocity = ball.velocity, p.spin = ball.spin;
+
+  if (condition("impact_speed") || condition("drop_height")) {
+    if (!has_wall()) throw InputError(fmt::format("{}: found impact_speed or drop_height, but the case has no wall to meet; allowed is a case with one.", run.where));
+    Built built = build_case(c);
+    const Wall& wall = built.simulation.walls[nearest_wall_];
+    if (!std::holds_alternative<Plane>(wall.surface)) throw InputError(run.where + ": impact_speed and drop_height are counted from a plane; the case's nearest wall is none.");
+    const Vec3 normal = wall.pose.axes.col(2);
+    const double height = condition("drop_height").value_or(0);
+    p.position += (p.radius + height - (p.position - wall.pose.origin).dot(normal)) * normal;
+    if (const auto speed = condition("impact_speed")) {
+      const Vec3 along = (Vec3::UnitX() - Vec3::UnitX().dot(normal) * normal).normalized();
+      const double angle = condition("impact_angle").value_or(0);
+      p.velocity = *speed * (std::sin(angle) * along - std::cos(angle) * normal);
+    } else {
+      p.velocity.setZero();
+    }
+  }
+  const char* states[3][3] = {{"x0", "y0", "z0"}, {"vx0", "vy0", "vz0"}, {"wx0", "wy0", "wz0"}};
+  Vec3* parts[3] = {&p.position, &p.velocity, &p.spin};
+  const bool trajectory = recording_->kind == RecordingKind::trajectory;
+  const bool told = condition("impact_speed").has_value() || condition("drop_height").has_value();
+  p.start = 0;
+  bool estimated = false;
+  for (int kind = 0; kind < 3; ++kind) {
+    for (int axis = 0; axis < 3; ++axis) {
+      if (const auto given = condition(states[kind][axis])) {
+        (*parts[kind])[axis] = *given;
+        continue;
+      }
+      if (!trajectory || !estimates_start_ || told) continue;
+      const Series* place = run.find(static_cast<Channel>(axis));
+      const Series* speed = run.find(static_cast<Channel>(3 + axis));
+      const Series* spin = run.find(static_cast<Channel>(6 + axis));
+      const Series* own = kind == 0 ? place : kind == 1 ? (speed ? speed : place) : spin;
+      if (own == nullptr || (kind == 1 && own == place && place->t.size() < 2)) continue;
+      if (!estimated) p.start = run.first_time();
+      estimated = true;
+      const Line line = line_at(*own, p.start);
+      const double guess = kind == 1 && own == place ? line.slope : line.value;
+      const double span = std::max(span_of(*own), 1e-3 * std::abs(guess));
+      const double duration = std::max(run.last_time() - p.start, 1e-12);
+      const double scale = 1e-3 * (kind == 1 && own == place ? span / duration : span);
+      p.unknowns.push_back({static_cast<Unknown::Kind>(kind), axis, guess, scale > 0 ? scale : 1e-6});
+      (*parts[kind])[axis] = guess;
+    }
+  }
+  if (recording_->kind == RecordingKind::impacts) {
+    const Series& series = run.series.front();
+    p.unknowns.push_back({Unknown::Kind::clock, 0, 0, 1e-3 * std::max(series.value.back() - series.value.front(), 1e-3)});
+    // Without a height to fall from, the first rebound tells it.
+    if (estimates_start_ && !told && !condition("z0")) p.unknowns.push_back({Unknown::Kind::position, 2, p.position.z(), 1e-3 * std::abs(p.position.z())});
+  }
+}
+
+Experiment::Start Experiment::start_of(std::size_t r, const std::vector<double>& unknowns) const {
+  const Prepared& p = prepared_[r];
+  Start start{p.position, p.velocity, p.spin};
+  for (std::size_t k = 0; k < p.unknowns.size(); ++k) {
+    const Unknown& u = p.unknowns[k];
+    if (u.kind == Unknown::Kind::position) start.position[u.axis] = unknowns[k];
+    if (u.kind == Unknown::Kind::velocity) start.velocity[u.axis] = unknowns[k];
+    if (u.kind == Unknown::Kind::spin) start.spin[u.axis] = unknowns[k];
+    if (u.kind == Unknown::Kind::clock) start.clock = unknowns[k];
+  }
+  return start;
+}
+
+Values Experiment::values_of(std::size_t r, const Alteration& altered, const std::vector<double>& unknowns) const {
+  Values values = prepared_[r].values;
+  alter(values, altered);
+  const Start start = start_of(r, unknowns);
+  const std::string t = "insert." + insert_;
+  values.put(t + ".positions", std::vector<Vec3>{start.position}, "fit");
+  values.put(t + ".velocity", std::vector<double>{start.velocity.x(), start.velocity.y(), start.velocity.z()}, "fit");
+  values.put(t + ".spin", std::vector<double>{start.spin.x(), start.spin.y(), start.spin.z()}, "fit");
+  values.given.erase(split_path(t + ".speed"));
+  return values;
+}
+
+Case Experiment::case_for(std::size_t r, const Alteration& altered, const std::vector<double>& unknowns) const {
+  Values values = prepared_[r].values;
+  alter(values, altered);
+  Case c = case_of(values);
+  const Start start = start_of(r, unknowns);
+  InsertCase::Ball& ball = c.inserts[0].balls[0];
+  ball.position = start.position, ball.velocity = start.velocity, ball.spin = start.spin;
+  c.inserts[0].allowed_overlap = 0.1;
+  c.time_step = steps.time_step;
+  c.looked_at = true;
+  return c;
+}
+
+// A fit changes stiffness and speed: the step stays well below the limit of the case as it stands, and is the same in all runs.
+void Experiment::choose_steps() {
+  double step = 1e300, longest = 1e300;
+  for (std::size_t r = 0; r < runs(); ++r) {
+    Values values = prepared_[r].values;
+    const bool asked = values.has("time_step.value");
+    const Case c = [&] {
+      Case made = case_of(values);
+      InsertCase::Ball& ball = made.inserts[0].balls[0];
+      ball.position = prepared_[r].position, ball.velocity = prepared_[r].velocity, ball.spin = prepared_[r].spin;
+      made.inserts[0].allowed_overlap = 0.1;
+      return made;
+    }();
+    const Built built = build_case(c);
+    const double duration = recording_->runs[r].last_time() - prepared_[r].start;
+    step = std::min({step, asked ? built.simulation.clock.time_step : 0.5 * built.limit.recommended, duration / 50});
+    longest = std::min(longest, duration / 200);
+  }
+  steps.time_step = step;
+  steps.longest_flight_step = std::max(step, longest);
+}
+
+template <class Watcher>
+bool Experiment::go(std::size_t, const Case& c, double until, Watcher&& watch) const {
+  Simulation s = build_case(c).simulation;
+  s.start(false);
+  const Wall* wall = s.walls.empty() ? nullptr : &s.walls[nearest_wall_];
+  BodyState now = body_state(s, wall);
+  const auto most = static_cast<std::int64_t>(steps.longest_flight_step / steps.time_step * (1 + 1e-9));
+  constexpr std::int64_t most_steps = 20'000'000;
+  std::int64_t taken = 0;
+  while (now.time < until && taken++ < most_steps) {
+    const BodyState before = now;
+    const std::int64_t free = most > 1 ? free_steps(s, most) : 1;
+    try {
+      if (free > 1) s.fly(free);
+      else s.step();
+    } catch (const RunError&) {
+      return false;
+    }
+    now = body_state(s, wall);
+    if (!watch(before, now)) return true;
+  }
+  return now.time >= until;
+}
+
+Experiment::Prediction Experiment::predict(std::size_t r, const Alteration& altered, const std::vector<double>& unknowns) const {
+  const RecordedRun& run = recording_->runs[r];
+  Prediction result;
+  for (const Series& series : run.series) result.emplace_back(series.value.size(), failed);
+  Case c;
+  try {
+    c = case_for(r, altered, unknowns);
+    const double start = prepared_[r].start;
+    if (recording_->kind == RecordingKind::impacts) {
+      const Series& series = run.series.front();
+      const double clock = start_of(r, unknowns).clock;
+      std::vector<double>& predicted = result.front();
+      double count = 0;
+      std::size_t next = 0;
+      const double patience = 3 * (run.last_time() - series.value.front()) + 3 * std::abs(run.last_time());
+      const bool ran = go(r, c, patience, [&](const BodyState& before, const BodyState& now) {
+        if (!(before.gap >= 0 && now.gap < 0)) return true;
+        ++count;
+        if (count == series.t[next]) predicted[next++] = clock + c.instrument.clock_shift + touch_time(before, now);
+        return next < predicted.size();
+      });
+      if (!ran || next < predicted.size()) std::fill(predicted.begin() + static_cast<std::ptrdiff_t>(next), predicted.end(), failed);
+      return result;
+    }
+    SignalReader reader(run, c.instrument, start);
+    const double until = run.last_time() - start - std::min(0.0, c.instrument.clock_shift) + steps.time_step;
+    bool first = true;
+    const bool ran = go(r, c, until, [&](const BodyState& before, const BodyState& now) {
+      if (first) reader.begin(before);
+      first = false;
+      return reader.see(before, now);
+    });
+    if (ran) result = reader.values();
+  } catch (const InputError&) {  // bodies that overlap too deeply at the start, a law that cannot be
+  }
+  return result;
+}
+
+std::vector<Experiment::Point> Experiment::path(std::size_t r, const Alteration& altered, const std::vector<double>& unknowns) const {
+  std::vector<Point> points;
+  const RecordedRun& run = recording_->runs[r];
+  const Case c = case_for(r, altered, unknowns);
+  const double start = prepared_[r].start;
+  std::int64_t impacts = 0;
+  const auto add = [&](const BodyState& s) {
+    Point p;
+    p.time = s.time + start;
+    for (int a = 0; a < 3; ++a) {
+      p.position[a] = s.position[a], p.velocity[a] = s.velocity[a], p.spin[a] = s.spin[a], p.acceleration[a] = s.acceleration[a];
+    }
+    p.overlap = -s.gap, p.overlap_rate = -s.gap_rate, p.force = s.force, p.impacts = impacts;
+    points.push_back(p);
+  };
+  go(r, c, run.last_time() - start, [&](const BodyState& before, const BodyState& now) {
+    if (points.empty()) add(before);
+    if (before.gap >= 0 && now.gap < 0) ++impacts;
+    add(now);
+    return true;
+  });
+  return points;
+}
+
+}  // namespace quern

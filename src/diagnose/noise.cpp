@@ -1,0 +1,45 @@
+#include "src/diagnose/noise.hpp"
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace quern {
+
+Whitening whitening_of(const Series& series, const ChannelNoise& noise) {
+  const auto n = static_cast<Eigen::Index>(series.value.size());
+  Whitening w{Eigen::VectorXd::Zero(n), Eigen::VectorXd::Ones(n), 0};
+  const double rate = noise.correlation > 0 ? -std::log(noise.correlation) / noise.spacing : 0;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const double own = series.deviation.empty() ? 1 : series.deviation[k];
+    double phi = 0;
+    if (i > 0 && noise.correlation > 0) phi = std::min(0.999, std::exp(-rate * (series.t[k] - series.t[k - 1])));
+    const double before = i > 0 && !series.deviation.empty() ? series.deviation[k - 1] : own;
+    w.carried[i] = phi * own / before;
+    w.scale[i] = noise.deviation * own * std::sqrt(1 - phi * phi);
+    w.log_scale += std::log(w.scale[i]);
+  }
+  return w;
+}
+
+void whiten(const Whitening& w, Eigen::Ref<Eigen::MatrixXd> columns) {
+  for (Eigen::Index c = 0; c < columns.cols(); ++c) {
+    for (Eigen::Index i = columns.rows() - 1; i > 0; --i) columns(i, c) = (columns(i, c) - w.carried[i] * columns(i - 1, c)) / w.scale[i];
+    if (columns.rows() > 0) columns(0, c) /= w.scale[0];
+  }
+}
+
+double log_density(double u, double tail) {
+  if (tail > 1e6) return -0.5 * u * u - 0.5 * std::log(2 * std::numbers::pi);
+  return std::lgamma(0.5 * (tail + 1)) - std::lgamma(0.5 * tail) - 0.5 * std::log(tail * std::numbers::pi) - 0.5 * (tail + 1) * std::log1p(u * u / tail);
+}
+
+double robust_deviation(std::vector<double> numbers) {
+  if (numbers.empty()) return 0;
+  for (double& x : numbers) x = std::abs(x);
+  const auto middle = numbers.begin() + static_cast<std::ptrdiff_t>(numbers.size() / 2);
+  std::nth_element(numbers.begin(), middle, numbers.end());
+  return 1.4826 * *middle;
+}
+
+}  // namespace quern
