@@ -86,7 +86,7 @@ TEST_CASE("in a resting fluid a body starts with (m − ρV) g/(m + CρV)", "[me
       CAPTURE(density, coefficient);
       CHECK(speed_down(s) == Approx(1e-3 * g * (density - 1000) / (density + coefficient * 1000)).epsilon(1e-11).margin(1e-14));
       s.measure_energy();
-      CHECK(std::abs(s.ledger.gap()) <= 1e-10 * s.ledger.exchanged);
+      CHECK(std::abs(s.ledger.gap()) <= 1e-10 * s.ledger.exchanged + 1e-25);
     }
 }
 
@@ -152,7 +152,7 @@ TEST_CASE("the drag of a smooth sphere meets the measured drag curve and Stokes'
 TEST_CASE("with forces that depend on velocity half the step has a quarter of the error", "[medium]") {
   const double density = 2600, water = 998, d = 0.01;
   const auto fall = [&](int steps) {
-    Simulation s = alone(density, 0.2 / steps, {SphereDrag{1, water, 1e-3}, Buoyancy{water, {0, 0, -g}}, Magnus{1, water}}, d);
+    Simulation s = alone(density, 0.2 / steps, {SphereDrag{1, water, 0.05}, Buoyancy{water, {0, 0, -g}}, Magnus{1, water}}, d);
     s.carried_density = 0.5 * water;
     s.particles.velocity[0].x = 0.5;
     s.particles.spin[0].y = 20;
@@ -202,12 +202,12 @@ TEST_CASE("the closure holds at the recommended step of a drag that limits it", 
   const TimeStepLimit limit = time_step_limit(s, 2, 0.2);
   CHECK(limit.limit == Approx(time_constant / 5));
   CHECK_THAT(limit.reason, Catch::Contains("viscous_drag"));
-  CHECK(limit.recommended == Approx(time_constant / 15));
+  CHECK(limit.recommended == Approx(time_constant / 20));
   s.clock.time_step = limit.recommended;
   s.start(false);
   run_to(s, 20 * time_constant);
   s.measure_energy();
-  CHECK(std::abs(s.ledger.closure()) < 2e-3);
+  CHECK(std::abs(s.ledger.closure()) < 1e-3);
   CHECK(vec(s.particles.velocity[0]).x() < 1e-6);
   // Air drag limits it by the speed that is to be expected; added mass slows what drag can do.
   Simulation air = alone(2500, 1, {AirDrag{50, 1000}});
@@ -221,7 +221,7 @@ namespace {
 // Many balls in water above a floor, spinning.
 Simulation cloud(int threads, const Kernels& kernels) {
   const double water = 998;
-  Simulation s = scene::free_space({"glass", 2500, 5e7, 0.3}, scene::hertz({"glass", 2500, 5e7, 0.3}, {"glass", 2500, 5e7, 0.3}, 0.6, 0.4), 2e-5);
+  Simulation s = scene::free_space({"glass", 2500, 5e7, 0.3}, scene::hertz({"glass", 2500, 5e7, 0.3}, {"glass", 2500, 5e7, 0.3}, 0.6, 0.4), 1e-5);
   s.gravity = {0, 0, -g};
   s.fields = {SphereDrag{1, water, 1e-3}, ViscousDrag{1e-3}, Buoyancy{water, {0, 0, -g}}, Magnus{1, water},
               TableForce{"wind", TableForce::Variable::time, TableForce::Direction::x, {0, 0.02}, {0, 1e-4}}};
@@ -244,15 +244,15 @@ std::string state_of(Simulation& s) {
 TEST_CASE("fields give the same bits for any threads and instruction set, and after a break", "[medium]") {
   Simulation first = cloud(1, best_kernels());
   first.start(true);
-  for (int k = 0; k < 300; ++k) first.step();
+  for (int k = 0; k < 400; ++k) first.step();
   const std::string midway = state_of(first);
-  for (int k = 0; k < 300; ++k) first.step();
+  for (int k = 0; k < 400; ++k) first.step();
   CHECK(first.contacts.sums.pair_contacts + first.contacts.sums.wall_contacts > 100);
   const std::string end = state_of(first);
   Simulation threads = cloud(2, best_kernels()), portable = cloud(2, *find_kernels("portable"));
   for (Simulation* s : {&threads, &portable}) {
     s->start(true);
-    for (int k = 0; k < 600; ++k) s->step();
+    for (int k = 0; k < 800; ++k) s->step();
     CHECK(std::memcmp(s->particles.position.data(), first.particles.position.data(), first.particles.position.size() * sizeof(Quad)) == 0);
     CHECK(s->ledger.field_work == first.ledger.field_work);
   }
@@ -260,6 +260,6 @@ TEST_CASE("fields give the same bits for any threads and instruction set, and af
   resumed.start(true);
   ArchiveReader reader(midway);
   archive_state(reader, resumed);
-  for (int k = 0; k < 300; ++k) resumed.step();
+  for (int k = 0; k < 400; ++k) resumed.step();
   CHECK(state_of(resumed) == end);
 }

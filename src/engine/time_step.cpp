@@ -77,16 +77,10 @@ void consider_fields(const Simulation& s, const std::map<std::uint8_t, Smallest>
   for (const Field& field : s.fields) {
     for (const auto& [material, smallest] : by_material) {
       const double inertia = smallest.mass + s.carried_density * ball_volume(smallest.radius);
-      const auto [rate, name] = std::visit(
-          [&](const auto& one) -> std::pair<double, std::string> {
-            if constexpr (requires { one.title; }) return {one.rate(smallest.radius, inertia, speed, spin), "force." + one.title};
-            else if constexpr (requires { one.name; }) return {one.rate(smallest.radius, inertia, speed, spin), one.name};
-            else return {0, ""};  // of turning axes: walls that turn so fast limit the step by far before
-          },
-          field);
+      const double rate = rate_of(field, smallest.radius, inertia, speed, spin);
       if (!(rate > 0)) continue;
-      search.offer(0.2 / rate, 1 / (15 * rate),
-                   fmt::format("a fifth of the {:.3g} s in which {} changes the motion of the smallest {} ball (diameter {:.4g} mm, at {:.3g} m/s)", 1 / rate, name,
+      search.offer(0.2 / rate, 0.05 / rate,
+                   fmt::format("a fifth of the {:.3g} s in which {} changes the motion of the smallest {} ball (diameter {:.4g} mm, at {:.3g} m/s)", 1 / rate, name_of(field),
                                s.materials[material].name, 2e3 * smallest.radius, speed));
     }
   }

@@ -29,6 +29,19 @@ Vec3 field_force(const std::vector<Field>& fields, double time, double time_step
   return sum;
 }
 
+std::string name_of(const Field& field) {
+  return std::visit(
+      [](const auto& one) -> std::string {
+        if constexpr (requires { one.title; }) return "force." + one.title;
+        else return one.name;
+      },
+      field);
+}
+
+double rate_of(const Field& field, double radius, double inertia, double speed, double spin) {
+  return std::visit([&](const auto& one) { return one.rate(radius, inertia, speed, spin); }, field);
+}
+
 void add_carried_inertia(double carried_density, Particles& particles) {
   for (std::size_t k = 0; k < particles.position.size(); ++k)
     if (double& inverse = particles.acceleration[k].w; inverse > 0) inverse = 1 / (particles.velocity[k].w + carried_density * ball_volume(particles.position[k].w));

@@ -70,13 +70,12 @@ struct TableForce {
   };
   Now at(double time, double time_step) const { return {*this, time, time_step}; }
 
-  // See medium.hpp. A force that depends on the place is a spring.
-  double rate(double, double inertia, double speed, double) const {
+  // See medium.hpp; the steepest part of the table counts, wherever it is. A force that depends on the place is a spring.
+  double rate(double, double inertia, double, double) const {
     if (variable == Variable::spin || variable == Variable::time) return 0;
     const bool place = variable == Variable::x || variable == Variable::y || variable == Variable::z;
     double steepest = 0;
-    for (std::size_t k = 1; k < points.size(); ++k)
-      if (place || (points[k - 1] < speed && points[k] > -speed)) steepest = std::max(steepest, std::abs((values[k] - values[k - 1]) / (points[k] - points[k - 1])));
+    for (std::size_t k = 1; k < points.size(); ++k) steepest = std::max(steepest, std::abs((values[k] - values[k - 1]) / (points[k] - points[k - 1])));
     return place ? std::sqrt(steepest / inertia) : steepest / inertia;
   }
 };
