@@ -187,7 +187,9 @@ TEST_CASE("the ledger of a ball that bounces under water closes, and the fluid t
   for (int k = 0; k < 200000; ++k) {
     s.step();
     lowest = std::min(lowest, s.particles.position[0].z);
-    if (k % 1000 == 0) s.measure_energy(), CHECK(std::abs(s.ledger.gap()) < 1e-3 * s.ledger.exchanged);
+    if (k % 1000 != 0) continue;
+    s.measure_energy();
+    CHECK(std::abs(s.ledger.gap()) < 1e-3 * s.ledger.exchanged);
   }
   CHECK(lowest < 0.005);
   CHECK(s.ledger.normal_loss > 0);
@@ -197,6 +199,7 @@ TEST_CASE("the ledger of a ball that bounces under water closes, and the fluid t
 
 TEST_CASE("the closure holds at the recommended step of a drag that limits it", "[medium]") {
   Simulation s = alone(2500, 1, {ViscousDrag{1.4}});
+  s.pair_laws = {scene::linear(1, 0.9, 0.3)};  // soft: contacts limit nothing
   s.particles.velocity[0].x = 1;
   const double mass = s.particles.mass(0), time_constant = mass / (3 * pi * 1.4 * 2e-3);
   const TimeStepLimit limit = time_step_limit(s, 2, 0.2);
@@ -211,6 +214,7 @@ TEST_CASE("the closure holds at the recommended step of a drag that limits it", 
   CHECK(vec(s.particles.velocity[0]).x() < 1e-6);
   // Air drag limits it by the speed that is to be expected; added mass slows what drag can do.
   Simulation air = alone(2500, 1, {AirDrag{50, 1000}});
+  air.pair_laws = s.pair_laws;
   CHECK(time_step_limit(air, 2, 0.2).limit == Approx(mass / (50 * 1000 * pi * 1e-6 * 2) / 5));
   air.carried_density = 2500;
   CHECK(time_step_limit(air, 2, 0.2).limit == Approx(2 * mass / (50 * 1000 * pi * 1e-6 * 2) / 5));
@@ -227,9 +231,9 @@ Simulation cloud(int threads, const Kernels& kernels) {
               TableForce{"wind", TableForce::Variable::time, TableForce::Direction::x, {0, 0.02}, {0, 1e-4}}};
   s.carried_density = 0.5 * water;
   scene::add_floor(s);
-  for (int x = 0; x < 12; ++x)
-    for (int y = 0; y < 12; ++y)
-      for (int z = 0; z < 6; ++z) scene::add_ball(s, {0.0041 * x + 1e-4 * z, 0.0041 * y, 0.0021 + 0.0041 * z}, (x + y) % 2 ? 0.002 : 0.0015, {0, 0, -0.1 * z}, {0, 10.0 * x, 5.0 * y});
+  for (int x = 0; x < 8; ++x)
+    for (int y = 0; y < 8; ++y)
+      for (int z = 0; z < 5; ++z) scene::add_ball(s, {0.0041 * x + 1e-4 * z, 0.0041 * y, 0.0021 + 0.0041 * z}, (x + y) % 2 ? 0.002 : 0.0015, {0, 0, -0.1 - 0.3 * z}, {0, 10.0 * x, 5.0 * y});
   s.team = std::make_shared<ThreadTeam>(threads);
   s.kernels = &kernels;
   return s;
@@ -246,8 +250,8 @@ TEST_CASE("fields give the same bits for any threads and instruction set, and af
   first.start(true);
   for (int k = 0; k < 400; ++k) first.step();
   const std::string midway = state_of(first);
+  CHECK(first.contacts.sums.pair_contacts + first.contacts.sums.wall_contacts > 20);
   for (int k = 0; k < 400; ++k) first.step();
-  CHECK(first.contacts.sums.pair_contacts + first.contacts.sums.wall_contacts > 100);
   const std::string end = state_of(first);
   Simulation threads = cloud(2, best_kernels()), portable = cloud(2, *find_kernels("portable"));
   for (Simulation* s : {&threads, &portable}) {
