@@ -304,6 +304,8 @@ Built build_case(const Case& given) {
   for (const SpeciesCase& species : c.species) s.species.push_back({species.name, species.material});
   s.domain = c.domain;
   s.gravity = c.gravity;
+  s.fields = c.fields;
+  s.carried_density = c.carried_density;
 
   if (c.mill) s.frames.push_back(frame_of(*c.mill));
   if (c.planetary) s.frames = frames_of(*c.planetary);

@@ -6,6 +6,7 @@
 #include "src/base/error.hpp"
 #include "src/case/agglomerate_input.hpp"
 #include "src/case/csv.hpp"
+#include "src/case/medium_input.hpp"
 #include "src/case/mill_input.hpp"
 #include "src/case/reading.hpp"
 
@@ -371,6 +372,8 @@ Case case_of(const Values& v) {
 
   read_agglomerates(v, c);
   read_mill(v, materials, c);
+  read_medium(v, c);
+  read_forces(v, c);
   const bool has_mill = v.has_table("mill");
   const std::vector<std::string> carriers = mill_frames(c);
   c.frames = read_frames(v, carriers);

@@ -11,6 +11,7 @@
 #include "mills/tumbling.hpp"
 #include "src/base/domain.hpp"
 #include "src/contact/rolling.hpp"
+#include "src/field/fields.hpp"
 #include "src/material/material.hpp"
 #include "src/observe/instrument.hpp"
 #include "src/observe/observer_settings.hpp"
@@ -144,6 +145,8 @@ struct Case {
   MeshFile vial_file, stirrer_file, vessel_file;
   double critical_speed = 0;      // of the mill with the largest ball [rad/s]; planetary: of the vials against the fixed frame; 0 without a mill
   std::vector<InsertCase> inserts;
+  std::vector<Field> fields;      // forces on single bodies
+  double carried_density = 0;     // added mass over volume [kg/m³]
   Domain domain;                  // the periodic directions of the case; a mill may add one
   OutputCase output;
   InstrumentSettings instrument;

@@ -188,6 +188,20 @@ constexpr Key table[] = {
     {"insert.<name>.region.radius", number, "m", "", positive, "", "cylinder, sphere: radius", ""},
     {"insert.<name>.region.length", number, "m", "", positive, "", "cylinder: length", ""},
 
+    // Forces on single bodies
+    {"medium.density", number, "kg/m3", "1.2", positive, "", "Density of the fluid around the bodies, which is at rest in the fixed frame; no effect by itself", ""},
+    {"medium.viscosity", number, "Pa s", "1.8e-5", positive, "", "Its dynamic viscosity; no effect by itself", ""},
+    {"medium.drag", word, "", "\"coefficient\"", any, "coefficient schiller_naumann", "What the air drag −½ C_D ρ A |v| v of a ball takes as C_D: drag_coefficient, or drag_coefficient times the curve of a smooth sphere", "Schiller & Naumann 1933"},
+    {"medium.drag_coefficient", number, "1", "0", {0, 1000}, "", "Drag coefficient, with schiller_naumann the factor on the curve (1: a smooth sphere); 0 switches air drag off", "Newton; Schiller & Naumann 1933"},
+    {"medium.viscous_drag", number, "Pa s", "0", not_negative, "", "Viscosity η of the drag −3π η d v; 0 switches viscous drag off", "Stokes 1851"},
+    {"medium.buoyancy", number, "kg/m3", "0", not_negative, "", "Density ρ of the displaced fluid in the force −ρ V g; 0 switches buoyancy off", "Archimedes"},
+    {"medium.added_mass_coefficient", number, "1", "0", {0, 100}, "", "Added mass C ρ V, by which the inertia of a ball grows, over the mass of the displaced fluid of medium.density; 0.5 for a sphere, 0 switches it off", "Lamb, Hydrodynamics, § 92"},
+    {"medium.magnus_coefficient", number, "1", "0", {-100, 100}, "", "C in the Magnus force C ρ π R³ ω×v; 1 in creeping flow, 0 switches it off", "Rubinow & Keller 1961"},
+    {"force.<name>.variable", word, "", "required", any, "speed x y z vx vy vz spin time", "What the force on each ball depends on: its speed, place, velocity or spin (rad/s), or the time", ""},
+    {"force.<name>.direction", word, "", "required", any, "against_velocity x y z lift", "Its direction: against the velocity (what brakes takes at most half of it in a step), along an axis, or along ω×v", ""},
+    {"force.<name>.at", numbers, "1", "required", any, "", "Ascending values of the variable, in SI units, at least two", ""},
+    {"force.<name>.values", numbers, "N", "required", any, "", "The force at each, linear in between and constant beyond the ends", ""},
+
     // Space
     {"periodic.x", numbers, "m", "", any, "", "[from, to]: space repeats along x", ""},
     {"periodic.y", numbers, "m", "", any, "", "[from, to]: space repeats along y", ""},

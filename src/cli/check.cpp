@@ -63,6 +63,13 @@ void print_laws(const Built& built) {
   }
 }
 
+void print_fields(const Simulation& s) {
+  std::string names;
+  for (const Field& field : s.fields) names += (names.empty() ? "" : ", ") + name_of(field);
+  if (s.carried_density > 0) names += (names.empty() ? "" : ", ") + std::string("added_mass");
+  if (!names.empty()) fmt::print("Forces      {}\n", names);
+}
+
 void print_bodies(const Built& built) {
   for (const auto& [name, body] : built.bodies) {
     fmt::print("Agglomerate {}: {} grains, {} bonds, {:.3g} bonds at a grain", name, body.grains, body.bonds, body.coordination);
@@ -84,6 +91,7 @@ int explain(const CheckWords& words) {
   print_bodies(built);
   print_walls(s);
   print_laws(built);
+  print_fields(s);
   if (c.mill) {
     const double per_minute = 60 / (2 * std::numbers::pi);
     fmt::print("Mill        diameter {:.4g} m, length {:.4g} m, filling {:.3g} %\n", c.mill->diameter, c.mill->length, 100 * built.filling);

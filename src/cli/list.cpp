@@ -30,6 +30,12 @@ constexpr Entry effects[] = {
     {"tangential_compliance", "pair.<a>.<b>.tangential_stiffness, or the laws hertz_mindlin and deresiewicz", "Mindlin 1949"},
     {"rolling_resistance", "pair.<a>.<b>.rolling_friction above 0", "Ai et al. 2011"},
     {"nonlinear_stiffness", "the laws hertz_mindlin, deresiewicz, power_law", "Hertz 1882"},
+    {"air_drag", "medium.drag_coefficient above 0; medium.drag = \"schiller_naumann\" for the curve of a smooth sphere", "Newton; Schiller & Naumann 1933"},
+    {"viscous_drag", "medium.viscous_drag above 0", "Stokes 1851"},
+    {"buoyancy", "medium.buoyancy above 0", "Archimedes"},
+    {"added_mass", "medium.added_mass_coefficient above 0", "Lamb, Hydrodynamics, § 92"},
+    {"magnus", "medium.magnus_coefficient other than 0", "Rubinow & Keller 1961"},
+    {"tabulated_force", "a table [force.<name>]", ""},
     {"velocity_dependent_restitution", "the law deresiewicz", "Mindlin & Deresiewicz 1953"},
 };
 

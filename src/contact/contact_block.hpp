@@ -104,7 +104,7 @@ struct StepSums {
   double sliding_loss = 0;     // [J]
   double rolling_loss = 0;     // [J]
   double wall_work = 0;        // done by the walls on the particles in this step [J]
-  double field_work = 0;       // done by the fields in this step [J]
+  double field_power = 0;      // of the fields now [W]
   double bond_energy = 0;      // stored in bonds now [J]
   double bond_power = 0;       // that the damping of bonds takes now [W]
   Index pair_contacts = 0, wall_contacts = 0;

@@ -4,7 +4,8 @@
 namespace quern {
 
 double Ledger::closure() const {
-  const double scale = std::max({throughput, dissipated(), exchanged});
+  // What turns a particle without working on it, as the Magnus force does, leaves the rounding of its kinetic energy alone.
+  const double scale = std::max({throughput, dissipated(), exchanged, 1e-6 * kinetic});
   return scale > 0 ? gap() / scale : 0.0;
 }
 

@@ -5,7 +5,7 @@ namespace quern {
 
 struct Ledger {
   // Stored now.
-  double kinetic = 0;
+  double kinetic = 0;    // with that of the fluid that moves with the particles, where there is added mass
   double potential = 0;  // of gravity
   double elastic = 0;    // in contact springs
   double bond_energy = 0;  // in bonds

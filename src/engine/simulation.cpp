@@ -71,8 +71,9 @@ void find_forces(Simulation& s, const StepContext& context, ContactBlock& block)
     s.kernels->pair_forces(context, s.pair_laws[k - kinds], block.candidates[k], block, work);
   block.bonds.failures.clear();
   if (block.bonds.count > 0) s.kernels->bond_forces(context, block, work);
+  if (s.carried_density > 0) take_carried_weight(s.carried_density, s.gravity, s.particles, block.first, block.last, block.load.data());
   if (!s.fields.empty())
-    block.sums.field_work = context.time_step * apply_fields(s.fields, context.time, s.clock.time_step, s.particles, block.first, block.last, block.load.data());
+    block.sums.field_power = apply_fields(s.fields, context.time, s.clock.time_step, s.particles, block.first, block.last, block.load.data());
 }
 
 // Adds what the halos of blocks hold for a block's particles, in the order of the blocks, then completes their velocities.
@@ -127,7 +128,7 @@ void note_failures(Simulation& s, const ContactBlock& block) {
 // Collects what the blocks noted, in their order.
 void gather_sums(Simulation& s, double time_step) {
   Contacts& c = s.contacts;
-  const double power_before = c.sums.bond_power;
+  const double power_before = c.sums.bond_power, field_before = c.sums.field_power;
   c.sums = {};
   c.wall_sums.assign(s.walls.size(), {});
   c.ended.clear();
@@ -137,7 +138,7 @@ void gather_sums(Simulation& s, double time_step) {
     c.sums.sliding_loss += block.sums.sliding_loss;
     c.sums.rolling_loss += block.sums.rolling_loss;
     c.sums.wall_work += block.sums.wall_work;
-    c.sums.field_work += block.sums.field_work;
+    c.sums.field_power += block.sums.field_power;
     c.sums.bond_energy += block.sums.bond_energy;
     c.sums.bond_power += block.sums.bond_power;
     c.sums.pair_contacts += block.sums.pair_contacts;
@@ -160,7 +161,7 @@ void gather_sums(Simulation& s, double time_step) {
   s.ledger.bond_energy = c.sums.bond_energy;
   s.ledger.bond_loss += 0.5 * time_step * (power_before + c.sums.bond_power);
   s.ledger.wall_work += c.sums.wall_work;
-  s.ledger.field_work += c.sums.field_work;
+  s.ledger.field_work += 0.5 * time_step * (field_before + c.sums.field_power);
   s.ledger.throughput += std::abs(c.sums.wall_work);
 }
 
@@ -182,6 +183,7 @@ void Simulation::start(bool record_collisions) {
   for (const PairLaw& pair : pair_laws) contacts.rolls |= pair.rolling.model != RollingModel::none;
   move_walls();
   extent_of_particles = extent_of(particles);
+  if (carried_density > 0) add_carried_inertia(carried_density, particles);
   search(*this);
   // Forces where everything stands, without moving anything: the accelerations that the first step begins with.
   StepContext standing = context();
@@ -226,7 +228,8 @@ std::array<double, 2> Simulation::kinetic_and_potential() const {
     double kinetic = 0, potential = 0;
     for (Index i = block.first; i < block.last; ++i) {
       const Quad &v = particles.velocity[at(i)], &w = particles.spin[at(i)];
-      kinetic += 0.5 * (v.w * dot(xyz(v), xyz(v)) + w.w * dot(xyz(w), xyz(w)));
+      const double inertia = carried_density > 0 ? v.w + carried_density * ball_volume(particles.radius(i)) : v.w;
+      kinetic += 0.5 * (inertia * dot(xyz(v), xyz(v)) + w.w * dot(xyz(w), xyz(w)));
       potential -= v.w * dot(triple(gravity), xyz(particles.position[at(i)]));
     }
     parts[static_cast<std::size_t>(b)] = {kinetic, potential};

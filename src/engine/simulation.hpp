@@ -41,6 +41,7 @@ struct Simulation {
   std::vector<Wall> walls;
   Vec3 gravity{0, 0, -9.81};              // [m/s²]
   std::vector<Field> fields;              // all others
+  double carried_density = 0;             // added mass: of the fluid that moves with a particle, over the particle's volume [kg/m³]
   Particles particles;
   Bonds bonds;                            // between particles; made before start()
   Contacts contacts;

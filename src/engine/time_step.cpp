@@ -69,6 +69,23 @@ void consider_bonds(const Simulation& s, Search& search) {
                  fmt::format("0.4 √(I/Σk_rot) = 0.4 × {:.3g} s of grain {}, which its bonds keep from turning", turning, turned));
 }
 
+// Forces of fields that grow with velocity or with the place, on the smallest ball of each material.
+void consider_fields(const Simulation& s, const std::map<std::uint8_t, Smallest>& by_material, double speed, Search& search) {
+  if (s.fields.empty()) return;
+  double spin = 0;
+  for (const Quad& w : s.particles.spin) spin = std::max(spin, length(xyz(w)));
+  for (const Field& field : s.fields) {
+    for (const auto& [material, smallest] : by_material) {
+      const double inertia = smallest.mass + s.carried_density * ball_volume(smallest.radius);
+      const double rate = rate_of(field, smallest.radius, inertia, speed, spin);
+      if (!(rate > 0)) continue;
+      search.offer(0.2 / rate, 0.05 / rate,
+                   fmt::format("a fifth of the {:.3g} s in which {} changes the motion of the smallest {} ball (diameter {:.4g} mm, at {:.3g} m/s)", 1 / rate, name_of(field),
+                               s.materials[material].name, 2e3 * smallest.radius, speed));
+    }
+  }
+}
+
 }  // namespace
 
 double rayleigh_time(double radius, const Material& material) {
@@ -116,6 +133,7 @@ TimeStepLimit time_step_limit(const Simulation& s, double speed, double fraction
     for (const Wall& wall : s.walls) consider(a, first, wall.material, nullptr);
   }
   consider_bonds(s, search);
+  consider_fields(s, by_material, speed, search);
   if (search.found.limit == 0 && by_material.empty()) search.found = {1e-3, 1e-3, "no particles yet: 1 ms"};
   if (search.found.limit == 0) search.found = {1, 1e-3, "nothing can touch: 1 s"};
   search.found.recommended = std::min(search.found.recommended, search.found.limit);

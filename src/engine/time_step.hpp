@@ -18,6 +18,8 @@ struct TimeStepLimit {
 //   linear laws:   0.2 √(m/k) of the lightest particle (S0 eq. 14)
 //   bonds:         √(m/Σk) and √(I/Σk_rot) of each grain over its bonds (S2 eq. 1.14–1.15): 0.4 of the least; 0.2 is recommended. A
 //                  velocity Verlet step becomes unstable at √2 of it, where all of a grain's neighbours move against it.
+//   fields:        a fifth of the time in which a drag or a tabulated force changes the motion (m/(dF/dv), or √(m/(dF/dx))) of the
+//                  smallest ball at `speed`; a twentieth is recommended. The step becomes unstable at the whole of it.
 TimeStepLimit time_step_limit(const Simulation& simulation, double speed, double fraction = 0.2);
 
 double rayleigh_time(double radius, const Material& material);

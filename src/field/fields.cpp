@@ -8,7 +8,7 @@ double apply_fields(const std::vector<Field>& fields, double time, double time_s
   for (const Field& field : fields) {
     std::visit(
         [&](const auto& one) {
-          const auto now = one.at(time, time_step);
+          const auto& now = one.at(time, time_step);
           for (Index i = first; i < last; ++i) {
             const auto k = static_cast<std::size_t>(i);
             const FieldLoad found = now(particles.position[k], particles.velocity[k], particles.spin[k]);
@@ -20,6 +20,35 @@ double apply_fields(const std::vector<Field>& fields, double time, double time_s
         field);
   }
   return power;
+}
+
+Vec3 field_force(const std::vector<Field>& fields, double time, double time_step, const Particles& particles, std::size_t row) {
+  Vec3 sum = Vec3::Zero();
+  for (const Field& field : fields)
+    sum += std::visit([&](const auto& one) -> Vec3 { return one.at(time, time_step)(particles.position[row], particles.velocity[row], particles.spin[row]).force; }, field);
+  return sum;
+}
+
+std::string name_of(const Field& field) {
+  return std::visit(
+      [](const auto& one) -> std::string {
+        if constexpr (requires { one.title; }) return "force." + one.title;
+        else return one.name;
+      },
+      field);
+}
+
+double rate_of(const Field& field, double radius, double inertia, double speed, double spin) {
+  return std::visit([&](const auto& one) { return one.rate(radius, inertia, speed, spin); }, field);
+}
+
+void add_carried_inertia(double carried_density, Particles& particles) {
+  for (std::size_t k = 0; k < particles.position.size(); ++k)
+    if (double& inverse = particles.acceleration[k].w; inverse > 0) inverse = 1 / (particles.velocity[k].w + carried_density * ball_volume(particles.position[k].w));
+}
+
+void take_carried_weight(double carried_density, const Vec3& gravity, const Particles& particles, Index first, Index last, Load* load) {
+  for (Index i = first; i < last; ++i) add(load[i - first].force, -carried_density * ball_volume(particles.radius(i)) * gravity);
 }
 
 }  // namespace quern

@@ -12,6 +12,7 @@
 namespace quern {
 
 struct TurningFrame {
+  static constexpr const char* name = "turning_axes";
   Motion motion;                     // of these axes in the fixed frame, about a fixed axis: Rotating or RotatingByTable
   Vec3 gravity = Vec3::Zero();       // in the fixed frame; that of the simulation acts as if it turned with the axes [m/s²]
 
@@ -26,6 +27,7 @@ struct TurningFrame {
       return {mass * a, -inertia * (speed.cross(w) + acceleration)};
     }
   };
+  double rate(double, double, double, double) const { return 0; }  // walls that turn with such speed limit the step by far before
   Now at(double time, double time_step) const {
     const Turn turn = turn_at(motion, time);
     // The mean over the step around this instant, so that steps lose nothing at the corner of a ramp.

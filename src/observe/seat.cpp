@@ -56,8 +56,10 @@ Vec3 Seat::seen_velocity(const Vec3& place, const Vec3& velocity) const {
 bool Seat::in_free_flight(const Simulation& simulation, Index i) const {
   const auto k = static_cast<std::size_t>(i);
   const Particles& p = simulation.particles;
-  Vec3 pushed = vec(p.acceleration[k]) - simulation.gravity;
+  const double carried = simulation.carried_density > 0 ? simulation.carried_density * ball_volume(p.radius(i)) / p.mass(i) : 0;
+  Vec3 pushed = (1 + carried) * vec(p.acceleration[k]) - simulation.gravity;
   if (field) pushed -= (*field)(p.position[k], p.velocity[k], p.spin[k]).force / p.mass(i);
+  else if (!simulation.fields.empty()) pushed -= field_force(simulation.fields, simulation.clock.time(), simulation.clock.time_step, p, k) / p.mass(i);
   return pushed.norm() < 0.1 * pull;
 }
 

@@ -11,7 +11,7 @@ struct Particles {
   std::vector<Quad> position;              // x [m], companion: radius [m]
   std::vector<Quad> velocity;              // v [m/s], companion: mass [kg]. During the force evaluation: predicted (see contact/kernels.hpp)
   std::vector<Quad> spin;                  // ω [rad/s], companion: moment of inertia [kg m²]
-  std::vector<Quad> acceleration;          // of the last force evaluation [m/s²], companion: 1/mass [1/kg]
+  std::vector<Quad> acceleration;          // of the last force evaluation [m/s²], companion: 1/inertia, of the mass and what fluid moves with it [1/kg]
   std::vector<Quad> angular_acceleration;  // [rad/s²], companion: 1/moment of inertia [1/(kg m²)]
   std::vector<std::uint8_t> material;      // index into the materials
   std::vector<std::uint8_t> species;       // index into the species
