@@ -1,6 +1,11 @@
 #include "src/contact/restitution.hpp"
 #include <algorithm>
+#include <array>
+#include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
+#include <map>
+#include <mutex>
+#include <numbers>
 
 namespace quern {
 namespace {
@@ -30,11 +35,40 @@ double elastic_overlap(const ContactLaw& law, double radius, double mass, double
 // Finds x in [low, high] where the falling function f crosses `wanted`.
 template <class Function>
 double solve_falling(Function f, double wanted, double low, double high) {
-  for (int k = 0; k < 60; ++k) {
-    const double middle = 0.5 * (low + high);
-    (f(middle) > wanted ? low : high) = middle;
+  const auto above = [&](double x) { return f(x) - wanted; };
+  if (!(above(low) > 0)) return low;
+  if (!(above(high) < 0)) return high;
+  std::uintmax_t most = 100;
+  const auto [left, right] = boost::math::tools::toms748_solve(above, low, high, boost::math::tools::eps_tolerance<double>(48), most);
+  return 0.5 * (left + right);
+}
+
+// Remembers the answers of a slow function: fits ask for the same ones again and again.
+template <std::size_t count, class Function>
+double remembered(const std::array<double, count>& question, Function&& answer) {
+  static std::mutex guard;
+  static std::map<std::array<double, count>, double> known;
+  constexpr std::size_t most = 100000;
+  {
+    const std::lock_guard lock(guard);
+    if (const auto found = known.find(question); found != known.end()) return found->second;
   }
-  return 0.5 * (low + high);
+  const double value = answer();
+  const std::lock_guard lock(guard);
+  if (known.size() > most) known.clear();
+  return known[question] = value;
+}
+
+// What the linear law measures with the damping ratio β where its force never attracts (Schwager & Pöschel 2007, eqs. 20–21).
+double linear_restitution(double beta) {
+  if (beta == 0) return 1;
+  if (beta == 1) return std::exp(-2.0);
+  if (beta < 1) {
+    const double omega = std::sqrt(1 - beta * beta);
+    return std::exp(-beta / omega * (std::numbers::pi - std::atan2(2 * beta * omega, omega * omega - beta * beta)));
+  }
+  const double omega = std::sqrt(beta * beta - 1);
+  return std::exp(-beta / omega * std::log((beta + omega) / (beta - omega)));
 }
 
 }  // namespace
@@ -64,25 +98,24 @@ HeadOnCollision collide_head_on(const ContactLaw& law, double radius, double mas
   return result;
 }
 
-double linear_damping_ratio(double restitution) {
-  return restitution >= 1 ? 0.0
-                          : solve_falling([](double beta) { return collide_head_on(Linear{1, 1, beta, 0}, 1, 1, 1).restitution; },
-                                          restitution, 0, 20);
-}
+double linear_damping_ratio(double restitution) { return restitution >= 1 ? 0.0 : solve_falling(linear_restitution, restitution, 0, 20); }
 
 double hertz_damping_ratio(double restitution) {
-  return restitution >= 1 ? 0.0
-                          : solve_falling([](double beta) { return collide_head_on(HertzMindlin{0.75, 1, beta, 0}, 1, 1, 1).restitution; },
-                                          restitution, 0, 20);
+  if (restitution >= 1) return 0;
+  return remembered(std::array{restitution}, [&] {
+    return solve_falling([](double beta) { return collide_head_on(HertzMindlin{0.75, 1, beta, 0}, 1, 1, 1).restitution; }, restitution, 0, 20);
+  });
 }
 
 double deresiewicz_damping_modulus(double young, double restitution, double radius, double mass, double speed) {
   if (restitution >= 1) return 0;
-  const auto law = [&](double modulus) { return Deresiewicz{young, modulus, 1, 0}; };
-  // γ v R ~ F at the greatest overlap gives the scale.
-  const double overlap = elastic_overlap(law(0), radius, mass, speed);
-  const double scale = young * overlap / speed;
-  return scale * solve_falling([&](double g) { return collide_head_on(law(g * scale), radius, mass, speed).restitution; }, restitution, 0, 50);
+  return remembered(std::array{young, restitution, radius, mass, speed}, [&] {
+    const auto law = [&](double modulus) { return Deresiewicz{young, modulus, 1, 0}; };
+    // γ v R ~ F at the greatest overlap gives the scale.
+    const double overlap = elastic_overlap(law(0), radius, mass, speed);
+    const double scale = young * overlap / speed;
+    return scale * solve_falling([&](double g) { return collide_head_on(law(g * scale), radius, mass, speed).restitution; }, restitution, 0, 50);
+  });
 }
 
 }  // namespace quern

@@ -146,27 +146,21 @@ void Comparison::linearize(Fit& fit) const {
     const std::vector<Unknown>& unknowns = experiment_->unknowns(run);
     linear.unknowns.setZero(linear.rest.size(), static_cast<Row>(unknowns.size()));
     linear.shared.setZero(linear.rest.size(), static_cast<Row>(fit.moved.size()));
-    VectorXd above, below;
-    // The slope between two values of one number.
-    const auto slope = [&](double& number, double low, double high, double scale, Eigen::Ref<VectorXd> column) {
+    VectorXd there;
+    // The slope towards another value of one number.
+    const auto slope = [&](double& number, double step, double scale, Eigen::Ref<VectorXd> column) {
       const double here = number;
-      number = high;
-      const bool up = predict(run, altered, own, above);
-      number = low;
-      const bool down = predict(run, altered, own, below);
+      number = here + step;
+      if (predict(run, altered, own, there)) column = (linear.rest - there) * (scale / step);
       number = here;
-      if (up && down && high > low) column = (below - above) * (scale / (high - low));
     };
-    for (std::size_t k = 0; k < unknowns.size(); ++k) {
-      const double step = 0.1 * unknowns[k].scale;
-      slope(own[k], own[k] - step, own[k] + step, unknowns[k].scale, linear.unknowns.col(static_cast<Row>(k)));
-    }
+    for (std::size_t k = 0; k < unknowns.size(); ++k) slope(own[k], 0.1 * unknowns[k].scale, unknowns[k].scale, linear.unknowns.col(static_cast<Row>(k)));
     for (std::size_t k = 0; k < fit.moved.size(); ++k) {
       const Parameter& p = fit.moved[k];
       double step = 0.01 * p.scale;
-      if (fit.covariance.rows() > static_cast<Row>(k) && fit.deviation(k) > 0) step = std::clamp(0.3 * fit.deviation(k), 1e-5 * p.scale, step);
+      if (fit.covariance.rows() > static_cast<Row>(k) && fit.deviation(k) > 0) step = std::clamp(0.1 * fit.deviation(k), 1e-6 * p.scale, step);
       double& value = altered.changes[k].value;
-      slope(value, std::max(value - step, p.lower), std::min(value + step, p.upper), p.scale, linear.shared.col(static_cast<Row>(k)));
+      if (p.upper > p.lower) slope(value, value + step > p.upper ? -step : step, p.scale, linear.shared.col(static_cast<Row>(k)));
     }
   });
 }
@@ -279,8 +273,8 @@ Fit Comparison::fit(const std::vector<Parameter>& moved, const std::vector<Setti
     noise_known = true;
   }
   const auto shared = static_cast<Row>(moved.size());
+  linearize(fit);
   for (int round = 0; round <= options.noise_rounds; ++round) {
-    linearize(fit);
     if (!noise_known) {
       // A first idea: the robust size of what is left, so that wild points do not lead.
       for (const std::size_t c : channels_of(experiment_->recording())) fit.noise[c].tail = 4;

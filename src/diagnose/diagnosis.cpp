@@ -63,7 +63,7 @@ std::vector<std::string> labels_of(const Recording& recording, const std::vector
 class Investigation {
  public:
   Investigation(const Experiment& experiment, ThreadTeam& team, const DiagnoseOptions& options)
-      : experiment_(experiment), comparison_(experiment, team), options_(options) {}
+      : experiment_(experiment), comparison_(experiment_, team), options_(options) {}
 
   Diagnosis run() {
     const Recording& recording = experiment_.recording();
@@ -72,12 +72,20 @@ class Investigation {
     train_ = split_.train();
     if (experiment_.base().has("diagnose.free"))
       for (const std::string& key : experiment_.base().texts("diagnose.free")) free_.push_back(experiment_.parameter(key));
-    calibrate();
-    if (!enough_data()) return finish();
-    look_for_numerics();
-    sizes_ = sizes_of(comparison_, d_.baseline);
-    candidates_ = candidates_for(comparison_, d_.baseline, sizes_);
+    // Step 2 goes with step 4: the step is refined until it matters less than the noise, as far as time allows.
+    constexpr int most_refinements = 3;
+    for (int refinement = 0;; ++refinement) {
+      calibrate();
+      if (!enough_data()) return finish();
+      look_for_numerics();
+      if (d_.numerical_error < 1 || refinement == most_refinements || !affordable()) break;
+      experiment_.steps.time_step *= 0.5;
+      experiment_.steps.longest_flight_step *= 0.5;
+    }
+    if (d_.numerical_error > 3)
+      d_.remarks.push_back(fmt::format("Half the time step moves the simulation by {:.2g} standard deviations of the noise over all samples; what looks like that was not counted.", d_.numerical_error));
     judge_baseline();
+    if (d_.adequacy_p <= family_level && start_elsewhere()) judge_baseline();
     if (d_.adequacy_p > family_level) {
       nothing_more();
     } else {
@@ -102,19 +110,25 @@ class Investigation {
   void calibrate() {
     nominal_ = comparison_.fit({}, {}, train_, nullptr, FitOptions{});
     note("the case as it stands", nominal_);
-    Fit best = comparison_.fit(free_, {}, train_, nominal_.sound ? &nominal_ : nullptr, options_of(0));
-    note("calibrated", best);
-    // Other starts, where a fit may have stopped in a valley of its own.
+    d_.baseline = comparison_.fit(free_, {}, train_, nominal_.sound ? &nominal_ : nullptr, options_of(0));
+    note("calibrated", d_.baseline);
+    if (!d_.baseline.sound) start_elsewhere();
+    if (!d_.baseline.sound) throw RunError("the case cannot be simulated for these recordings: every start of the calibration failed. `quern run` of the case tells why.");
+    d_.best = d_.baseline;
+  }
+
+  // Other starts of the calibration, where it may have stopped in a valley of its own. Whether one was better.
+  bool start_elsewhere() {
+    Fit best = d_.baseline;
     for (std::size_t k = 0; k < free_.size() && free_.size() <= 4; ++k) {
+      const Parameter& p = free_[k];
+      if (!std::isfinite(p.lower) || !std::isfinite(p.upper)) continue;
       for (const double part : {0.15, 0.5, 0.85}) {
-        Fit start = best;
+        Fit start = nominal_;
         start.moved = free_;
-        start.shared.resize(free_.size());
-        for (std::size_t j = 0; j < free_.size(); ++j) start.shared[j] = free_[j].value;
-        const Parameter& p = free_[k];
-        if (!std::isfinite(p.lower) || !std::isfinite(p.upper)) continue;
+        start.shared.clear();
+        for (const Parameter& one : free_) start.shared.push_back(one.value);
         start.shared[k] = p.lower > 0 ? p.lower * std::pow(p.upper / p.lower, part) : p.lower + part * (p.upper - p.lower);
-        start.noise = nominal_.noise;
         for (std::size_t r = 0; r < experiment_.runs(); ++r)
           for (std::size_t u = 0; u < start.unknowns[r].size(); ++u) start.unknowns[r][u] = experiment_.unknowns(r)[u].guess;
         const Fit other = comparison_.fit(free_, {}, train_, &start, options_of(0));
@@ -122,8 +136,9 @@ class Investigation {
         if (other.sound && other.log_likelihood > best.log_likelihood + 0.1) best = other;
       }
     }
-    if (!best.sound) throw RunError("the case cannot be simulated for these recordings: every start of the calibration failed. `quern run` of the case tells why.");
+    const bool better = best.log_likelihood > d_.baseline.log_likelihood + 0.1;
     d_.baseline = d_.best = best;
+    return better;
   }
 
   bool enough_data() {
@@ -148,18 +163,28 @@ class Investigation {
     FitOptions options;
     options.noise_rounds = 0, options.most_iterations = 0;
     there = fine.fit(there.moved, there.settings, there.runs, &d_.baseline, options);
-    double sum = 0, count = 0;
+    double sum = 0;
+    numerical_.clear();
     for (std::size_t r = 0; r < there.runs.size(); ++r) {
       RunLinear difference = there.linear[r];
       difference.rest -= d_.baseline.linear[r].rest;
+      numerical_.push_back(difference.rest);
       Noise normal = d_.baseline.noise;
-      for (ChannelNoise& one : normal) one.tail = 1e9, one.correlation = 0;
-      const Whitened w = comparison_.whitened(there.runs[r], difference, normal);
-      sum += w.rest.squaredNorm(), count += static_cast<double>(w.rest.size());
+      for (ChannelNoise& one : normal) one.tail = 1e9;
+      sum += comparison_.whitened(there.runs[r], difference, normal).rest.squaredNorm();
     }
-    d_.numerical_error = std::sqrt(sum / std::max(1.0, count));
-    if (d_.numerical_error > 0.3)
-      d_.remarks.push_back(fmt::format("Half the time step moves the simulation by {:.2g} of the noise; a smaller time_step.value would sharpen the comparison.", d_.numerical_error));
+    d_.numerical_error = std::sqrt(sum);
+  }
+
+  // Whether runs of half the step would still take but milliseconds.
+  bool affordable() const {
+    constexpr double most_steps = 2e5;  // of all runs of a set
+    double steps = 0;
+    for (const std::size_t run : train_) {
+      std::size_t taken = experiment_.path(run, comparison_.alteration_of(d_.baseline), d_.baseline.unknowns[run]).size();
+      steps += 2 * static_cast<double>(taken);
+    }
+    return steps < most_steps;
   }
 
   std::vector<VectorXd> response_of(const Fit& fit, const Candidate& c, const std::vector<double>& values) const {
@@ -255,8 +280,11 @@ class Investigation {
 
   // Steps 5 and 7: is anything left, and how each candidate would show.
   void judge_baseline() {
-    Residuals residuals(comparison_, d_.baseline);
+    sizes_ = sizes_of(comparison_, d_.baseline);
+    candidates_ = candidates_for(comparison_, d_.baseline, sizes_);
+    Residuals residuals(comparison_, d_.baseline, numerical_);
     directions_ = directions_about(d_.baseline, {});
+    scores_.clear(), d_.detectable.clear();
     for (const Direction& direction : directions_) scores_.push_back(residuals.score(direction));
     for (const Direction& direction : plain_directions(d_.baseline)) residuals.score(direction);
     d_.adequacy_p = residuals.family_p(options_.seed);
@@ -388,7 +416,7 @@ class Investigation {
     const std::vector<Candidate> curves = free_forms_for(comparison_, d_.baseline, sizes_);
     free_forms_ = curves.size();
     // Free forms that the residual asks for at least a little.
-    Residuals residuals(comparison_, d_.baseline);
+    Residuals residuals(comparison_, d_.baseline, numerical_);
     std::vector<std::pair<double, std::size_t>> asked;
     for (std::size_t k = 0; k < curves.size(); ++k) {
       Direction direction{curves[k].form, {}, false, -1, 0};
@@ -436,7 +464,7 @@ class Investigation {
   }
 
   double remaining_of(const Tried& tried) {
-    Residuals residuals(comparison_, tried.fit);
+    Residuals residuals(comparison_, tried.fit, numerical_);
     for (const Direction& direction : directions_about(tried.fit, tried.effects)) residuals.score(direction);
     for (const Direction& direction : plain_directions(tried.fit)) residuals.score(direction);
     for (const Direction& direction : scaling_directions(tried.fit, tried.candidate)) residuals.score(direction);
@@ -452,7 +480,7 @@ class Investigation {
       if (firsts.size() < 3) firsts.push_back(t);
     }
     for (const Tried& first : firsts) {
-      Residuals residuals(comparison_, first.fit);
+      Residuals residuals(comparison_, first.fit, numerical_);
       std::vector<Direction> directions = directions_about(first.fit, first.effects);
       std::vector<Score> scores;
       for (const Direction& direction : directions) scores.push_back(residuals.score(direction));
@@ -547,6 +575,7 @@ class Investigation {
 
   // Steps 6, 12 and 13.
   Diagnosis finish() {
+    d_.steps = experiment_.steps;
     const Fit& b = d_.baseline;
     const Noise& noise = d_.best.noise;
     d_.train = {comparison_.misfit(b, noise), comparison_.misfit(d_.best, noise)};
@@ -581,7 +610,7 @@ class Investigation {
     return std::move(d_);
   }
 
-  const Experiment& experiment_;
+  Experiment experiment_;   // its own, whose steps it refines
   Comparison comparison_;
   DiagnoseOptions options_;
   Split split_;
@@ -589,6 +618,7 @@ class Investigation {
   std::vector<Parameter> free_;
   Fit nominal_;
   Sizes sizes_;
+  std::vector<VectorXd> numerical_;  // how half the step moves the predictions
   std::vector<Candidate> candidates_;
   std::vector<Direction> directions_;
   std::vector<Score> scores_;

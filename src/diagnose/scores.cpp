@@ -26,7 +26,7 @@ constexpr double hidden = 1e-3;  // a direction of which less is left is not see
 
 double chi_squared_above(double x, int degrees) { return degrees <= 0 || !(x > 0) ? 1.0 : boost::math::gamma_q(0.5 * degrees, 0.5 * x); }
 
-Residuals::Residuals(const Comparison& comparison, const Fit& fit) : comparison_(&comparison), fit_(&fit) {
+Residuals::Residuals(const Comparison& comparison, const Fit& fit, const std::vector<VectorXd>& numerical) : comparison_(&comparison), fit_(&fit) {
   Row rows = 0, taken = 0;
   std::vector<Whitened> white;
   for (std::size_t r = 0; r < fit.runs.size(); ++r) {
@@ -49,6 +49,17 @@ Residuals::Residuals(const Comparison& comparison, const Fit& fit) : comparison_
     if (fit.shared[k] <= fit.moved[k].lower || fit.shared[k] >= fit.moved[k].upper) continue;
     movable.conservativeResize(Eigen::NoChange, movable.cols() + 1);
     movable.rightCols(1) = shared.col(static_cast<Row>(k));
+  }
+  if (!numerical.empty()) {
+    VectorXd error = stacked(numerical);
+    for (std::size_t r = 0; r < own_.size(); ++r) {
+      const VectorXd part = error.segment(first_[r], own_[r].rows());
+      error.segment(first_[r], own_[r].rows()) = part - own_[r] * (own_[r].transpose() * part);
+    }
+    if (error.allFinite() && error.norm() > 1e-3) {
+      movable.conservativeResize(Eigen::NoChange, movable.cols() + 1);
+      movable.rightCols(1) = error / error.norm() * std::max(1.0, movable.cols() > 1 ? movable.leftCols(movable.cols() - 1).norm() : 1.0);
+    }
   }
   shared_ = orthonormal(movable);
   rest_ -= shared_ * (shared_.transpose() * rest_);

@@ -29,7 +29,8 @@ struct Score {
 
 class Residuals {
  public:
-  Residuals(const Comparison& comparison, const Fit& fit);
+  // `numerical`: how half the time step would move the predictions, by place in the fit's runs; as little is blamed on physics. May be empty.
+  Residuals(const Comparison& comparison, const Fit& fit, const std::vector<Eigen::VectorXd>& numerical);
 
   Score score(const Direction& direction);
   // How likely the smallest p of all directions scored so far would be as small in noise alone; parametric bootstrap with the noise of the fit, whose

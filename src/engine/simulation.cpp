@@ -64,8 +64,8 @@ void find_forces(Simulation& s, const StepContext& context, ContactBlock& block)
   find_wall_touches(context, s.walls, block);
   const std::size_t kinds = s.pair_laws.size();
   for (std::size_t kind = 0; kind < kinds; ++kind) {
-    s.kernels->pair_forces(context, s.pair_laws[kind], block.candidates[kind], block, work);
-    s.kernels->wall_forces(context, s.pair_laws[kind], block.walls[kind], block);
+    if (block.candidates[kind].count > 0) s.kernels->pair_forces(context, s.pair_laws[kind], block.candidates[kind], block, work);
+    if (block.walls[kind].size() > 0) s.kernels->wall_forces(context, s.pair_laws[kind], block.walls[kind], block);
   }
   for (std::size_t k = kinds; k < block.candidates.size(); ++k)
     s.kernels->pair_forces(context, s.pair_laws[k - kinds], block.candidates[k], block, work);
