@@ -28,9 +28,9 @@ Oblique impact(const PairLaw& pair, double sideways, double divisions = 400) {
 std::vector<PairLaw> every_law(double friction) {
   const Material glass = scene::glass();
   const double young = effective_young(glass, glass);
-  return {scene::linear(1e6, 0.8, friction), scene::hertz(glass, glass, 0.8, friction),
+  return {scene::linear(1e8, 0.8, friction), scene::hertz(glass, glass, 0.8, friction),
           {Deresiewicz{young, deresiewicz_damping_modulus(young, 0.8, radius, ball_mass(), 1), friction * 1.78 / 1.56, friction}, {}},
-          {PowerLaw{1e9, 1.5, 2e3, 0.5, 1e6, friction}, {}}, {Linearized{1e6, 1, 6e5, friction}, {}}};
+          {PowerLaw{1e11, 1.5, 2e4, 0.5, 1e8, friction}, {}}, {Linearized{1e8, 10, 6e7, friction}, {}}};
 }
 
 }  // namespace
@@ -57,7 +57,7 @@ TEST_CASE("rigid friction holds a ball without creep on a slope that friction ca
   PairLaw pair = scene::linear(1e5, 0.3, 0.3);
   pair.extras.tangential_compliance = 0;
   for (const double slope : {0.2, 0.6}) {
-    // A block: a ball that cannot turn would need more; two balls' worth of rolling is allowed here, a = 5/7 g sin α while it sticks.
+    // It rolls with a = 5/7 g sin α while it sticks, which takes 2/7 of the pull.
     Simulation s = scene::free_space(scene::glass(), pair, 1e-6);
     scene::add_floor(s);
     s.gravity = 9.81 * Vec3(std::sin(slope), 0, -std::cos(slope));
@@ -80,7 +80,7 @@ TEST_CASE("rigid friction holds a ball without creep on a slope that friction ca
 // the two periods says. m_t = 2/7 m: ω_t/ω_n = √(7/2 k_t/(κ k_n)); slip after = slip before × cos(π ω_t/ω_n).
 TEST_CASE("tangential compliance sets the swing of a sticking impact", "[effects]") {
   for (const double compliance : {0.5, 1.0, 2.0, 6.0}) {
-    PairLaw pair = scene::linear(1e6, 1.0, 1e3);
+    PairLaw pair = scene::linear(1e8, 1.0, 1e3);
     pair.extras.tangential_compliance = compliance;
     const double ratio = std::sqrt(3.5 * (2.0 / 7) / compliance);
     const Oblique o = impact(pair, 0.1, 2000);
@@ -93,8 +93,8 @@ TEST_CASE("tangential compliance sets the swing of a sticking impact", "[effects
   soft.extras.tangential_compliance = 3;
   std::get<HertzMindlin>(same.law).effective_shear /= 3;
   const Oblique a = impact(soft, 0.5), b = impact(same, 0.5);
-  CHECK(a.tangential == Approx(b.tangential).epsilon(1e-6));
-  CHECK(a.spin == Approx(b.spin).epsilon(1e-6));
+  CHECK(a.tangential == Approx(b.tangential).epsilon(1e-4));
+  CHECK(a.spin == Approx(b.spin).epsilon(1e-4));
 }
 
 TEST_CASE("a spinning ball on a floor comes to rest by torsion in the closed time and stays so", "[effects]") {
@@ -138,7 +138,7 @@ Simulation drum(int threads, const Kernels* kernels) {
   x.table.points = 3;
   for (int k = 0; k < 3; ++k) x.table.at[k] = 1e-5 * k, x.table.force[k] = 1e-3 * k * k;
   x.tangential_compliance = 0;
-  Simulation s = scene::free_space(steel, law, 1e-5);
+  Simulation s = scene::free_space(steel, law, 2e-5);
   s.gravity = Vec3(0, -9.81, 0);
   s.domain.period[2] = 0.06;
   s.frames = {{"drum", -1, Rotating{Vec3::Zero(), Vec3::UnitZ(), 9.0}}};
@@ -163,9 +163,9 @@ std::string state_of(Simulation& s) {
 TEST_CASE("effects give the same bits on any threads and instruction set, and through a checkpoint amid contacts", "[effects]") {
   Simulation first = drum(1, nullptr);
   first.start(true);
-  for (int k = 0; k < 1000; ++k) first.step();
+  for (int k = 0; k < 1500; ++k) first.step();
   const std::string middle = state_of(first);
-  for (int k = 0; k < 1000; ++k) first.step();
+  for (int k = 0; k < 1500; ++k) first.step();
   CHECK(first.contacts.sums.pair_contacts > 20);
   CHECK(first.contacts.sums.wall_contacts > 5);
   first.measure_energy();
@@ -177,7 +177,7 @@ TEST_CASE("effects give the same bits on any threads and instruction set, and th
     CAPTURE(name);
     Simulation other = drum(2, kernels);
     other.start(true);
-    for (int k = 0; k < 2000; ++k) other.step();
+    for (int k = 0; k < 3000; ++k) other.step();
     other.measure_energy();
     CHECK((state_of(other) == end));
   }
@@ -185,7 +185,7 @@ TEST_CASE("effects give the same bits on any threads and instruction set, and th
   resumed.start(true);
   ArchiveReader reader(middle);
   archive_state(reader, resumed);
-  for (int k = 0; k < 1000; ++k) resumed.step();
+  for (int k = 0; k < 1500; ++k) resumed.step();
   resumed.measure_energy();
   CHECK((state_of(resumed) == end));
 }

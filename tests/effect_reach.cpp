@@ -152,7 +152,7 @@ TEST_CASE("every surface of a wall is felt beyond touch", "[effects]") {
     Wall wall;
     wall.surface = surface;
     s.walls.push_back(wall);
-    const Vec3 start = (at - radius - 1.5e-4) * towards, velocity = 0.02 * towards;
+    const Vec3 start = (at - radius - 1.503e-4) * towards, velocity = 0.02 * towards;
     scene::add_ball(s, triple(start), radius, triple(velocity));
     s.start(false);
     for (int k = 0; k < 4000; ++k) s.step();

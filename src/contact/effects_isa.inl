@@ -29,7 +29,11 @@ QUERN_INLINE void answer_with_effects(const Law& law, const PairLaw& pair, const
   result.tangential_loss = contact.tangential_loss;
   result.rolling_loss = Pack(0.0);
   contact.normal = force.pressing;
-  if (pair.rolling.model != RollingModel::none) roll(pair.rolling, bodies, met, contact, springs, slot, result);
+  if (pair.rolling.model != RollingModel::none) {
+    Encounter rolling = met;
+    rolling.approach.lead = force.lead;
+    roll(pair.rolling, bodies, rolling, contact, springs, slot, result);
+  }
   result.moment = result.moment + force.torsion * normal;
   result.rolling_loss += force.torsion_loss;
 }

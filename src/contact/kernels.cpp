@@ -26,9 +26,13 @@ void Found::reserve(Index room) {
 void end_contact(const StepContext& step, ContactBlock& block, Index i, Index j, Index wall, Index slot) {
   if (block.remembers) {
     const Quad& last = block.effects[2 * static_cast<std::size_t>(slot) + 1];  // energy, force and velocity along the normal
-    const double loss = last.x - 0.5 * step.time_step * last.y * last.z;
-    block.sums.normal_loss += loss;
-    if (block.records) block.record[static_cast<std::size_t>(slot)].normal_loss += loss;
+    const double normal = last.x - 0.5 * step.time_step * last.y * last.z, tangential = block.sliding[static_cast<std::size_t>(slot)].w;
+    block.sums.normal_loss += normal;
+    block.sums.sliding_loss += tangential;
+    if (block.records) {
+      CollisionRecord& record = block.record[static_cast<std::size_t>(slot)];
+      record.normal_loss += normal, record.tangential_loss += tangential;
+    }
   }
   end_collision(step, block, i, j, wall, slot, false);
   block.release_slot(slot);

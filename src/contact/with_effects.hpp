@@ -15,6 +15,7 @@ struct EffectForce {
   ContactForce<T> contact;  // `normal` may be negative
   T pressing;               // of the solids on each other, for friction and rolling [N]
   T torsion, torsion_loss;  // moment about n on body i [N m]; [J]
+  T lead;                   // as in Approach, for the rolling spring
 };
 
 // `a.overlap` is negative where there is a gap; `turning` is the difference of spins along n.
@@ -44,7 +45,7 @@ QUERN_INLINE void act_with_effects(const Law& law, const Extras& x, const Approa
   } else {
     m.touching = one;
   }
-  const T bridged = select(together, one, select(m.age < zero, one, zero));
+  const T bridged = select(together, one, select(fresh, select(m.age < zero, one, zero), one));
   m.touching = select(together, m.touching, zero);
   const T lead = select(meets & fresh, a.lead, T(0.5 * a.time_step));  // by which springs advance
   m.age = select(together, select(fresh, lead, greater(zero, m.age) + dt), zero);
@@ -110,7 +111,7 @@ QUERN_INLINE void act_with_effects(const Law& law, const Extras& x, const Approa
   if (x.lubrication.viscosity > 0) total += x.lubrication(gap, radius) * closing;
 
   // The ledger
-  const T velocity = a.normal_velocity - T(0.5 * a.time_step * a.time_step) * a.inverse_mass * stiffness * a.normal_velocity;
+  const T velocity = a.normal_velocity + T(0.5 * a.time_step * a.time_step) * a.inverse_mass * stiffness * closing_of_solids;
   force.normal = total;
   force.normal_loss = m.energy - energy - T(half) * (m.force * m.velocity + total * velocity);
   force.normal_stiffness = stiffness;
@@ -135,6 +136,7 @@ QUERN_INLINE void act_with_effects(const Law& law, const Extras& x, const Approa
   }
   spring.stretch = only_together(spring.stretch);
   force.elastic_energy = energy + spring.energy;
+  result.lead = lead;
   result.torsion = result.torsion_loss = zero;
   if (x.torsion.coefficient > 0) {
     result.torsion_loss = x.torsion(a, result.pressing, turning, m.torsion);
