@@ -78,7 +78,7 @@ TEST_CASE("the limit of the time step knows what effects make stiffer", "[effect
   const File file;
   const auto limit = [&](const std::vector<std::string>& keys) { return time_step_limit(file.with(keys), 2).limit; };
   const double plain = limit({});
-  CHECK(limit({"tangential_compliance=0.001"}) < 0.5 * plain);
+  CHECK(limit({"friction=0.3", "tangential_compliance=0.001"}) < 0.5 * plain);
   CHECK(limit({"hardening=1e8"}) < 0.7 * plain);
   CHECK(limit({"film_viscosity=10", "film_thickness=1e-5", "film_cutoff=1e-9"}) < 0.5 * plain);
   CHECK(limit({"surface_energy=0.01"}) == Approx(plain).epsilon(0.1));
