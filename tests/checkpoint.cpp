@@ -96,7 +96,7 @@ TEST_CASE("a torn, foreign or missing checkpoint is refused with a sentence and 
   falls_back("checksum");
   spoil([](std::string& b) { b.resize(b.size() / 2); });
   falls_back("torn");
-  spoil([](std::string& b) { b[8] = 9; });  // the format version
+  spoil([](std::string& b) { b[8] = 99; });  // the format version
   falls_back("format");
   spoil([](std::string& b) { b = "something else entirely, and long enough"; });
   falls_back("not a checkpoint");

@@ -28,7 +28,7 @@ TEST_CASE("the example law of the documentation is the one that is compiled and 
   for (int step = 0; step < 100000 && overlap >= 0; ++step) {
     TangentialSpring<double> spring{};
     const Approach<double> approach = head_on(overlap, -closing, 0.01, mass, dt);
-    closing -= dt * law(approach, spring).normal / mass;
+    closing -= dt * act(law, approach, spring).normal / mass;
     overlap += dt * closing;
     greatest = std::max(greatest, overlap);
   }

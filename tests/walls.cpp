@@ -49,6 +49,8 @@ struct Bench {
     step.domain = &domain;
     step.pair_kind = pair_kind.data();
     step.material_count = 1;
+    const PairLaw law;
+    step.pair_laws = &law;
     step.time = 0.25;
     step.path = path += 1;  // whatever was far may be near
     find_wall_touches(step, walls, block);

@@ -125,6 +125,16 @@ inline Pack power(const Pack& a, double exponent) {
   return load(lane);
 }
 
+template <class Function>
+inline Pack each(const Pack& a, Function&& f) {
+  alignas(64) double lane[lanes];
+  store(lane, a);
+  for (double& value : lane) value = f(value);
+  return load(lane);
+}
+
+QUERN_INLINE bool any(const Mask& m) { return bits(m) != 0; }
+
 // The sum of the eight lanes, in a fixed order.
 QUERN_INLINE double sum(const Pack& a) {
   alignas(64) double l[lanes];

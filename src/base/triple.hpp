@@ -42,6 +42,10 @@ QUERN_INLINE double power(double a, double exponent) { return std::pow(a, expone
 QUERN_INLINE double greater(double a, double b) { return a > b ? a : b; }
 QUERN_INLINE double lesser(double a, double b) { return a < b ? a : b; }
 QUERN_INLINE double nearest_integer(double a) { return std::nearbyint(a); }
+// What packs do lane by lane, for functions that only the library of C has.
+template <class Function>
+QUERN_INLINE double each(double a, Function&& f) { return f(a); }
+QUERN_INLINE bool any(bool condition) { return condition; }
 
 template <class T>
 QUERN_INLINE T length(const Triple<T>& a) { return square_root(dot(a, a)); }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 #include "src/base/error.hpp"
+#include "src/case/effects_input.hpp"
 #include "src/case/insertion.hpp"
 #include "src/case/reading.hpp"
 #include "src/contact/linearize.hpp"
@@ -147,7 +148,7 @@ void warn_of_soft_contacts(Built& built) {
     if (!(largest[a].diameter > 0)) continue;
     const std::uint8_t kind = s.pair_kind[a * largest.size() + a];
     if (kind == no_law) continue;
-    const ContactLaw& law = s.pair_laws[kind].law;
+    const PairLaw& law = s.pair_laws[kind];
     const double overlap = collide_head_on(law, 0.25 * largest[a].diameter, 0.5 * largest[a].mass, built.expected_speed).peak_overlap / (0.5 * largest[a].diameter);
     if (overlap > soft)
       built.warnings.push_back(fmt::format("pair.{0}.{0}: the contact is soft: balls that meet at {1:.3g} m/s overlap by {2:.2g} of their radius.", s.materials[a].name, built.expected_speed, overlap));
@@ -256,7 +257,7 @@ PairLaw law_of(const PairCase& pair, const Material& a, const Material& b, doubl
   };
   const auto tangential = [&](double normal) { return pair.tangential_stiffness.value_or(pair.tangential_ratio * normal); };
   const auto power = [&] { return PowerLaw{*pair.stiffness_coefficient, pair.stiffness_exponent, *pair.damping_coefficient, pair.damping_exponent, 0, pair.friction}; };
-  PairLaw law{Linear{}, pair.rolling};
+  PairLaw law{Linear{}, pair.rolling, {}};
   switch (pair.law) {
     case LawKind::linear: {
       const double k = pair.normal_stiffness ? *pair.normal_stiffness : std::pow(*pair.penetration_factor * *pair.max_speed / diameter, 2) * mass;
@@ -292,6 +293,7 @@ PairLaw law_of(const PairCase& pair, const Material& a, const Material& b, doubl
       break;
     }
   }
+  law.extras = extras_of(pair, law.law);
   return law;
 }
 

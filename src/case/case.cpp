@@ -6,6 +6,7 @@
 #include "src/base/error.hpp"
 #include "src/case/agglomerate_input.hpp"
 #include "src/case/csv.hpp"
+#include "src/case/effects_input.hpp"
 #include "src/case/medium_input.hpp"
 #include "src/case/mill_input.hpp"
 #include "src/case/reading.hpp"
@@ -96,6 +97,7 @@ PairCase read_pair(const Values& v, const std::string& a, const std::string& b, 
       }
       break;
   }
+  read_effects(v, t, pair);
   if (pair.restitution && (pair.law == LawKind::power_law || pair.law == LawKind::linearized))
     warnings.push_back(fmt::format("{}: the {} law takes its restitution from its damping; the restitution {} that is asked for is not used.", t, law, *pair.restitution));
   return pair;

@@ -10,7 +10,7 @@
 #include "mills/stirred.hpp"
 #include "mills/tumbling.hpp"
 #include "src/base/domain.hpp"
-#include "src/contact/rolling.hpp"
+#include "src/contact/laws.hpp"
 #include "src/field/fields.hpp"
 #include "src/material/material.hpp"
 #include "src/observe/instrument.hpp"
@@ -43,6 +43,8 @@ struct PairCase {
   double reference_speed = 0;                   // [m/s]
   std::optional<double> reference_diameter;     // [m]
   Rolling rolling;
+  Extras effects;            // as read: src/case/effects_input.hpp completes them
+  double unloading_ratio = 1;  // [-]
 };
 
 struct SpeciesCase {

@@ -37,6 +37,16 @@ struct TangentialSpring {
   T restoring = T(1.0);     // square of the factor by which `stretch` must be multiplied [-]
 };
 
+// What a law says along the normal, before a force is made of it.
+template <class T>
+struct NormalPart {
+  T elastic;    // F_e [N], a power of the overlap
+  T stiffness;  // dF_e/dδ [N/m]
+  T damping;    // c [kg/s]
+  T energy;     // stored [J]
+  T shared;     // what the law's tangential part wants of it
+};
+
 template <class T>
 struct ContactForce {
   T normal;              // ≥ 0, along n on body i [N]
@@ -92,6 +102,28 @@ QUERN_INLINE HeldForce<T> hold(const Approach<T>& a, const Triple<T>& velocity, 
   const T loss = spring.energy - energy - dt * dot(force, velocity);
   spring = {kept + T(a.ahead) * velocity, energy, T(1.0)};
   return {force, loss};
+}
+
+// A law is two functions. `normal` says what acts along the normal. `tangential` says what acts across it where the bodies are pressed
+// together by `pressing` [N], its spring made softer by the factor `compliance`; it fills in the tangential force and loss and the
+// stiffening. This makes one contact of them.
+template <class Law, class T>
+QUERN_INLINE ContactForce<T> act(const Law& law, const Approach<T>& a, TangentialSpring<T>& spring) {
+  ContactForce<T> force{};
+  NormalPart<T> part;
+  law.normal(a, part);
+  push(a, part.elastic, part.stiffness, part.damping, force);
+  law.tangential(a, part, force.normal, 1.0, spring, force);
+  force.elastic_energy = part.energy + spring.energy;
+  return force;
+}
+
+// Fills in what `hold` answers.
+template <class T>
+QUERN_INLINE void take(const HeldForce<T>& held, const T& stiffening, ContactForce<T>& force) {
+  force.tangential = held.force;
+  force.tangential_loss = held.loss;
+  force.stiffening = stiffening;
 }
 
 }  // namespace quern

@@ -6,6 +6,7 @@ Index ContactBlock::take_slot() {
   if (free_slots.empty()) {
     sliding.emplace_back();
     if (rolls) rolling.emplace_back();
+    if (remembers) effects.resize(2 * sliding.size());
     if (records) record.emplace_back();
     return static_cast<Index>(sliding.size()) - 1;
   }
@@ -14,6 +15,7 @@ Index ContactBlock::take_slot() {
   const auto at = static_cast<std::size_t>(s);
   sliding[at] = {};
   if (rolls) rolling[at] = {};
+  if (remembers) effects[2 * at] = effects[2 * at + 1] = {};
   if (records) record[at] = {};
   return s;
 }

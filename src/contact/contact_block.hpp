@@ -11,7 +11,7 @@
 
 namespace quern {
 
-// A collision from first touch to now. Kept only where the run records collisions.
+// A collision from first touch to now (of a pair whose effects reach beyond touch: until they end). Kept only where the run records collisions.
 struct alignas(64) CollisionRecord {
   double start_time = -1;        // [s]; negative until the first force
   double normal_speed = 0;       // approach speed at first touch [m/s]
@@ -32,6 +32,7 @@ struct Collision {
   bool lasting;        // still touching when it was written down
   double end_time;     // [s]
   double first_mass;   // [kg]
+  double force;        // along the normal at the last step, of a pair with effects; else 0 [N]
   Triple<double> place;  // [m]
   CollisionRecord record;
 };
@@ -49,7 +50,7 @@ struct WallCandidate {
 
 // A sphere touching a wall, ready for the force kernel.
 struct WallTouch {
-  Quad normal;    // into the sphere; companion: overlap [m]
+  Quad normal;    // into the sphere; companion: overlap, negative where there is a gap [m]
   Quad velocity;  // of the wall at the contact point [m/s]
   Quad spin;      // of the wall [rad/s]
   Quad point;     // of contact, from the wall's origin [m]; companion: index of the wall
@@ -138,9 +139,11 @@ struct ContactBlock {
   // What touching contacts remember, by slot: a spring and its energy. Row 0 is scratch, for the idle lanes of a SIMD batch.
   std::vector<Quad> sliding;
   std::vector<Quad> rolling;          // empty unless `rolls`
+  std::vector<Quad> effects;          // two rows to a slot, see Remembered; empty unless `remembers`
   std::vector<CollisionRecord> record;  // empty unless `records`
   std::vector<Index> free_slots;
   bool rolls = false;                 // whether any pair has rolling resistance
+  bool remembers = false;             // whether any pair has effects beyond its law
   bool records = false;               // whether collisions are written down
 
   std::vector<WallSums> wall_sums;    // by wall

@@ -37,6 +37,7 @@ std::vector<ContactBlock> empty_blocks(const Contacts& contacts, Index particles
     block.last = std::min(particles, (b + 1) * contacts.block_size);
     block.records = contacts.records;
     block.rolls = contacts.rolls;
+    block.remembers = contacts.remembers;
     block.take_slot();  // the scratch row
     block.candidates.resize(overlaps_at_rest ? 2 * pair_kinds : pair_kinds);
     block.walls.resize(pair_kinds);
@@ -119,12 +120,12 @@ Triple<double> search_neighbours(Contacts& contacts, Particles& particles, Bonds
   } else {
     team.run(static_cast<int>(kept.size()), [&](int b) { kept[static_cast<std::size_t>(b)] = kept_contacts(contacts.blocks[static_cast<std::size_t>(b)]); });
   }
-  const std::vector<CellGrid> grids = make_grids(particles, domain, contacts.skin, team);
+  const std::vector<CellGrid> grids = make_grids(particles, domain, contacts.skin + contacts.reach, team);
   const bool fills_bonds = !bonds.empty() && (recut || sorts || domain.periodic() || many_failed(contacts));
   std::vector<std::vector<BondRow>> block_bonds(contacts.blocks.size());
   if (fills_bonds || overlap_at_rest(bonds))
     block_bonds = bonds_by_block(bonds, particles, domain, contacts.block_size, contacts.blocks.size());
-  const SearchRequest request{&particles, &domain, &grids, kinds.of, kinds.materials, contacts.block_size, contacts.skin, &kernels, &bonds, fills_bonds};
+  const SearchRequest request{&particles, &domain, &grids, kinds.of, kinds.materials, contacts.block_size, contacts.skin + contacts.reach, &kernels, &bonds, fills_bonds};
   team.run(static_cast<int>(contacts.blocks.size()), [&](int b) {
     const auto k = static_cast<std::size_t>(b);
     find_candidates(request, kept[k], block_bonds[k], contacts.blocks[k]);

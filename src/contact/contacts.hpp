@@ -10,7 +10,9 @@ struct Contacts {
   Index block_size = 1;
   bool records = false;         // whether collisions are written down
   bool rolls = false;           // whether any pair has rolling resistance
-  double skin = 0;              // candidate pairs are nearer than this beyond touching [m]
+  bool remembers = false;       // whether any pair has effects beyond its law
+  double reach = 0;             // beyond touch, of the pair that reaches farthest [m]
+  double skin = 0;              // candidate pairs are nearer than this beyond reach [m]
   double wall_skin = 0;         // and particles and walls nearer than this [m]
   double motion = 0;            // by which the skin is used up [m/step]
   double travelled = 0;         // an upper bound of any particle's path since the last search [m]

@@ -23,6 +23,21 @@ void Found::reserve(Index room) {
   if (row.size() < wanted) row.resize(2 * wanted), image.resize(2 * wanted);
 }
 
+void end_contact(const StepContext& step, ContactBlock& block, Index i, Index j, Index wall, Index slot) {
+  if (block.remembers) {
+    const Quad& last = block.effects[2 * static_cast<std::size_t>(slot) + 1];  // energy, force and velocity along the normal
+    const double normal = last.x - 0.5 * step.time_step * last.y * last.z, tangential = block.sliding[static_cast<std::size_t>(slot)].w;
+    block.sums.normal_loss += normal;
+    block.sums.sliding_loss += tangential;
+    if (block.records) {
+      CollisionRecord& record = block.record[static_cast<std::size_t>(slot)];
+      record.normal_loss += normal, record.tangential_loss += tangential;
+    }
+  }
+  end_collision(step, block, i, j, wall, slot, false);
+  block.release_slot(slot);
+}
+
 void end_collision(const StepContext& step, ContactBlock& block, Index i, Index j, Index wall, Index slot, bool lasting) {
   if (!block.records) return;
   const CollisionRecord& record = block.record[static_cast<std::size_t>(slot)];
@@ -37,6 +52,7 @@ void end_collision(const StepContext& step, ContactBlock& block, Index i, Index 
   c.lasting = lasting;
   c.end_time = step.time;
   c.first_mass = p.velocity[a].w;
+  c.force = block.remembers ? block.effects[2 * static_cast<std::size_t>(slot) + 1].y : 0;
   c.place = xyz(p.position[a]);
   if (wall < 0) {
     const Triple<double> apart = step.domain->nearest(xyz(p.position[b]) - xyz(p.position[a]));

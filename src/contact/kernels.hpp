@@ -15,6 +15,7 @@ struct StepContext {
   const Domain* domain;
   const std::uint8_t* pair_kind;  // [material_i * material_count + material_j]
   Index material_count;
+  const PairLaw* pair_laws;       // by pair kind
   double time_step;               // [s]; 0 where forces are evaluated without a step
   double ahead;                   // half the next step [s]
   double time;                    // at the end of the step [s]
@@ -61,6 +62,24 @@ const Kernels* find_kernels(const char* name);
 namespace portable { extern const Kernels kernels; }
 namespace avx2 { extern const Kernels kernels; }
 namespace avx512 { extern const Kernels kernels; }
+
+// The kernels `pair_forces` and `wall_forces` hand over to these where a pair has effects; in files of their own.
+namespace portable {
+void pair_forces_with_effects(const StepContext&, const PairLaw&, CandidateList&, ContactBlock&, Workspace&);
+void wall_forces_with_effects(const StepContext&, const PairLaw&, const ActiveList&, ContactBlock&);
+}
+namespace avx2 {
+void pair_forces_with_effects(const StepContext&, const PairLaw&, CandidateList&, ContactBlock&, Workspace&);
+void wall_forces_with_effects(const StepContext&, const PairLaw&, const ActiveList&, ContactBlock&);
+}
+namespace avx512 {
+void pair_forces_with_effects(const StepContext&, const PairLaw&, CandidateList&, ContactBlock&, Workspace&);
+void wall_forces_with_effects(const StepContext&, const PairLaw&, const ActiveList&, ContactBlock&);
+}
+
+// Ends a contact of particle i with particle j (wall < 0) or with a wall: what its effects still hold is lost, it is written down,
+// and its memory is free again.
+void end_contact(const StepContext&, ContactBlock&, Index i, Index j, Index wall, Index slot);
 
 // Writes down the end of a contact of particle i with particle j (wall < 0) or with a wall.
 void end_collision(const StepContext&, ContactBlock&, Index i, Index j, Index wall, Index slot, bool lasting);

@@ -1,6 +1,7 @@
 // The list of contact laws. A new law is one header in laws/ and one word here.
 #pragma once
 #include <variant>
+#include "src/contact/extras.hpp"
 #include "src/contact/laws/deresiewicz.hpp"
 #include "src/contact/laws/hertz_mindlin.hpp"
 #include "src/contact/laws/linear.hpp"
@@ -16,6 +17,8 @@ using ContactLaw = std::variant<Linear, HertzMindlin, Deresiewicz, PowerLaw, Lin
 struct PairLaw {
   ContactLaw law;
   Rolling rolling;
+  Extras extras;
+  double reach = 0;  // how far beyond touch it acts [m]; Simulation::start fills it in
 };
 
 }  // namespace quern

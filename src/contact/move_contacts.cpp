@@ -8,13 +8,14 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 // What a contact remembers, on its way from one block to another.
 struct Memory {
-  Quad sliding, rolling;
+  Quad sliding, rolling, effects[2];
   CollisionRecord record;
 };
 
 Memory memory_of(const ContactBlock& block, Index slot) {
-  Memory memory{block.sliding[at(slot)], {}, {}};
+  Memory memory{block.sliding[at(slot)], {}, {}, {}};
   if (block.rolls) memory.rolling = block.rolling[at(slot)];
+  if (block.remembers) std::copy_n(&block.effects[2 * at(slot)], 2, memory.effects);
   if (block.records) memory.record = block.record[at(slot)];
   return memory;
 }
@@ -23,6 +24,7 @@ Index settle(ContactBlock& block, const Memory& memory) {
   const Index slot = block.take_slot();
   block.sliding[at(slot)] = memory.sliding;
   if (block.rolls) block.rolling[at(slot)] = memory.rolling;
+  if (block.remembers) std::copy_n(memory.effects, 2, &block.effects[2 * at(slot)]);
   if (block.records) block.record[at(slot)] = memory.record;
   return slot;
 }

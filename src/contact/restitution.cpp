@@ -6,6 +6,7 @@
 #include <map>
 #include <mutex>
 #include <numbers>
+#include "src/contact/with_effects.hpp"
 
 namespace quern {
 namespace {
@@ -15,7 +16,7 @@ ContactForce<double> force_at(const ContactLaw& law, double overlap, double clos
   return std::visit(
       [&](const auto& chosen) {
         TangentialSpring<double> spring{};
-        return chosen(approach, spring);
+        return act(chosen, approach, spring);
       },
       law);
 }
@@ -96,6 +97,55 @@ HeadOnCollision collide_head_on(const ContactLaw& law, double radius, double mas
   result.restitution = std::max(0.0, -closing / speed);
   result.loss = 0.5 * mass * (speed * speed - closing * closing);
   return result;
+}
+
+namespace {
+
+constexpr int steps_wanted = 400, most_steps = 40000;
+
+// In steps of dt; `steps` becomes the number of them from first touch to parting. Of bodies that stay together the duration is twice
+// the time to the greatest overlap.
+HeadOnCollision collide_in_steps(const PairLaw& pair, double radius, double mass, double speed, double dt, int& steps) {
+  HeadOnCollision result{};
+  Remembered<double> memory{};
+  double overlap = 0, velocity = -speed, acceleration = 0, to_peak = 0;
+  for (steps = 1; steps <= most_steps; ++steps) {
+    overlap -= dt * (velocity + 0.5 * dt * acceleration);
+    const double predicted = velocity + dt * acceleration;
+    Approach<double> approach = head_on(std::max(overlap, 1e-300), predicted, radius, mass, dt);
+    approach.overlap = overlap;
+    TangentialSpring<double> spring{};
+    EffectForce<double> force;
+    std::visit([&](const auto& law) { act_with_effects(law, pair.extras, approach, 0.0, memory, spring, force); }, pair.law);
+    const double fresh = force.contact.normal / mass;
+    velocity += 0.5 * dt * (acceleration + fresh);
+    acceleration = fresh;
+    if (overlap > result.peak_overlap) result.peak_overlap = overlap, to_peak = steps * dt;
+    result.peak_force = std::max(result.peak_force, force.contact.normal);
+    if (predicted < 0 && overlap > 0 && memory.touching > 0) {
+      NormalPart<double> part;
+      std::visit([&](const auto& law) { law.normal(approach, part); }, pair.law);
+      const double damping = memory.touching * pair.extras.stiffening.damping_scale() * part.damping + pair.extras.viscoelastic_time * force.contact.normal_stiffness;
+      result.damping_rate = std::max(result.damping_rate, damping / mass);
+    }
+    if (velocity > 0 && memory.touching == 0) break;
+  }
+  result.duration = steps <= most_steps ? steps * dt : 2 * to_peak;
+  result.restitution = std::max(0.0, velocity / speed);
+  result.loss = 0.5 * mass * (speed * speed - velocity * velocity);
+  return result;
+}
+
+}  // namespace
+
+HeadOnCollision collide_head_on(const PairLaw& pair, double radius, double mass, double speed) {
+  if (!pair.extras.any()) return collide_head_on(pair.law, radius, mass, speed);
+  double dt = elastic_overlap(pair.law, radius, mass, speed) / speed / steps_wanted;
+  for (;; dt /= 4) {
+    int steps = 0;
+    const HeadOnCollision result = collide_in_steps(pair, radius, mass, speed, dt, steps);
+    if (steps >= steps_wanted) return result;
+  }
 }
 
 double linear_damping_ratio(double restitution) { return restitution >= 1 ? 0.0 : solve_falling(linear_restitution, restitution, 0, 20); }

@@ -17,6 +17,10 @@ struct HeadOnCollision {
 // itself (RK4, about a thousand steps to the greatest overlap). The collision ends when the force ends.
 HeadOnCollision collide_head_on(const ContactLaw& law, double effective_radius, double effective_mass, double speed);
 
+// The same with the pair's effects, in steps as the engine takes them; ends where the bodies part. Bodies that stay together have the
+// restitution they have at the end, and as duration twice the time to the greatest overlap.
+HeadOnCollision collide_head_on(const PairLaw& pair, double effective_radius, double effective_mass, double speed);
+
 // β for which the linear law (Schwager & Pöschel 2007) or Hertz–Mindlin measures restitution e in (0, 1].
 double linear_damping_ratio(double restitution);
 double hertz_damping_ratio(double restitution);

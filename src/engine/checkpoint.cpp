@@ -18,7 +18,7 @@ namespace quern {
 namespace {
 
 constexpr char magic[8] = {'q', 'u', 'e', 'r', 'n', 'c', 'k', 'p'};
-constexpr std::uint32_t version = 8;
+constexpr std::uint32_t version = 9;
 
 struct Header {
   char magic[8];
@@ -43,8 +43,8 @@ std::string preamble(const std::string& identity, std::uint64_t length) {
 
 template <class Archive>
 void archive_block(Archive& a, ContactBlock& b) {
-  a(b.first, b.last, b.candidates, b.bonds, b.halo, b.wall_candidates, b.triangles, b.wall_slots, b.wall_normals, b.sliding, b.rolling, b.record,
-    b.free_slots, b.rolls, b.records);
+  a(b.first, b.last, b.candidates, b.bonds, b.halo, b.wall_candidates, b.triangles, b.wall_slots, b.wall_normals, b.sliding, b.rolling, b.effects,
+    b.record, b.free_slots, b.rolls, b.remembers, b.records);
 }
 
 template <class Archive>

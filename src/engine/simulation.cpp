@@ -51,7 +51,7 @@ void search(Simulation& s) {
                                                  s.walls.size(), *s.kernels, *s.team);
   s.ledger.field_work -= s.gravity.dot(vec(moved));
   s.team->run(static_cast<int>(s.contacts.blocks.size()),
-              [&](int b) { find_wall_candidates(s.walls, s.particles, s.contacts.wall_skin, s.contacts.blocks[static_cast<std::size_t>(b)]); });
+              [&](int b) { find_wall_candidates(s.walls, s.particles, s.contacts.wall_skin + s.contacts.reach, s.contacts.blocks[static_cast<std::size_t>(b)]); });
 }
 
 void find_forces(Simulation& s, const StepContext& context, ContactBlock& block) {
@@ -125,6 +125,17 @@ void note_failures(Simulation& s, const ContactBlock& block) {
   }
 }
 
+// How far the effects of each pair reach, whose R* lies between half the smallest radius and the largest.
+void note_effects(Simulation& s) {
+  double smallest = 1e300, largest = 0;
+  for (Index i = 0; i < s.particles.owned; ++i) smallest = std::min(smallest, s.particles.radius(i)), largest = std::max(largest, s.particles.radius(i));
+  for (PairLaw& pair : s.pair_laws) {
+    s.contacts.remembers |= pair.extras.any();
+    pair.reach = largest > 0 ? pair.extras.reach(0.5 * smallest, largest) : 0;
+    s.contacts.reach = std::max(s.contacts.reach, pair.reach);
+  }
+}
+
 // Collects what the blocks noted, in their order.
 void gather_sums(Simulation& s, double time_step) {
   Contacts& c = s.contacts;
@@ -173,7 +184,7 @@ void Simulation::move_walls() {
 }
 
 StepContext Simulation::context() const {
-  return {const_cast<Particles*>(&particles), &domain,      pair_kind.data(), static_cast<Index>(materials.size()), clock.time_step,
+  return {const_cast<Particles*>(&particles), &domain,      pair_kind.data(), static_cast<Index>(materials.size()), pair_laws.data(), clock.time_step,
           0.5 * clock.time_step,              clock.time(), contacts.travelled + contacts.wall_travelled};
 }
 
@@ -181,6 +192,7 @@ void Simulation::start(bool record_collisions) {
   contacts = {};
   contacts.records = record_collisions;
   for (const PairLaw& pair : pair_laws) contacts.rolls |= pair.rolling.model != RollingModel::none;
+  note_effects(*this);
   move_walls();
   extent_of_particles = extent_of(particles);
   if (carried_density > 0) add_carried_inertia(carried_density, particles);
@@ -253,6 +265,8 @@ std::vector<Collision> Simulation::lasting_collisions() const {
     ContactBlock scratch;  // end_collision reads the records and writes only `collisions`
     scratch.records = block.records;
     scratch.record = block.record;
+    scratch.remembers = block.remembers;
+    scratch.effects = block.effects;
     for_touching_pairs(block, [&](Index i, Index j, Index slot) { end_collision(now, scratch, i, j, -1, slot, true); });
     for (const WallCandidate& c : block.wall_candidates)
       for (Index k = 0; k < c.touches; ++k) end_collision(now, scratch, c.particle, 0, c.wall, block.wall_slots[at(c.first_slot + k)], true);

@@ -25,6 +25,22 @@ const char* name_of(const ContactLaw& law) {
   return std::visit([](const auto& l) { return l.name; }, law);
 }
 
+// Of the law's own tangential spring at an overlap [N/m].
+double tangential_stiffness(const ContactLaw& law, double radius, double mass, double overlap) {
+  const Approach<double> a = head_on(overlap, 0, radius, mass);
+  const double stretch = 1e-9 * overlap;
+  return std::visit(
+      [&](const auto& chosen) {
+        NormalPart<double> part;
+        chosen.normal(a, part);
+        TangentialSpring<double> spring{{stretch, 0, 0}, 0};
+        ContactForce<double> force{};
+        chosen.tangential(a, part, part.elastic, 1.0, spring, force);
+        return std::max(1e-300, -force.tangential.x / stretch);
+      },
+      law);
+}
+
 struct Search {
   TimeStepLimit found;
   void offer(double limit, double recommended, const std::string& reason) {
@@ -103,11 +119,12 @@ TimeStepLimit time_step_limit(const Simulation& s, double speed, double fraction
   const auto consider = [&](std::uint8_t a, const Smallest& first, std::uint8_t b, const Smallest* second) {
     const std::uint8_t kind = s.pair_kind[a * count + b];
     if (kind == no_law) return;
-    const ContactLaw& law = s.pair_laws[kind].law;
+    const PairLaw& chosen = s.pair_laws[kind];
+    const ContactLaw& law = chosen.law;
     const std::string pair = fmt::format("{} on {}{}", s.materials[a].name, second == nullptr ? "wall of " : "", s.materials[b].name);
     const double radius = second == nullptr ? first.radius : first.radius * second->radius / (first.radius + second->radius);
     const double mass = second == nullptr ? first.mass : first.mass * second->mass / (first.mass + second->mass);
-    const HeadOnCollision collision = collide_head_on(law, radius, mass, speed);
+    const HeadOnCollision collision = collide_head_on(chosen, radius, mass, speed);
     const double duration = collision.duration;
     search.offer(duration / 20, duration / 40,
                  fmt::format("a twentieth of the {:.3g} s that the shortest collision lasts ({}, {} law, at {:.3g} m/s)", duration, pair,
@@ -116,6 +133,15 @@ TimeStepLimit time_step_limit(const Simulation& s, double speed, double fraction
       const double time = 1 / collision.damping_rate;
       search.offer(time / 5, time / 15,
                    fmt::format("a fifth of the {:.3g} s in which the damping alone stops an approach ({}, {} law)", time, pair, name_of(law)));
+    }
+    if (const double soft = chosen.extras.tangential_compliance; soft > 0 && soft < 1) {
+      const double period = 2 * std::numbers::pi * std::sqrt(2.0 / 7.0 * mass * soft / tangential_stiffness(law, radius, mass, collision.peak_overlap));
+      search.offer(period / 20, period / 40,
+                   fmt::format("a twentieth of the {:.3g} s of a tangential swing ({}, {} law, tangential_compliance {:.3g})", period, pair, name_of(law), soft));
+    }
+    if (const Lubrication& film = chosen.extras.lubrication; film.viscosity > 0) {
+      const double time = mass / film(0.0, radius);
+      search.offer(time / 5, time / 15, fmt::format("a fifth of the {:.3g} s in which the thinnest film stops an approach ({}; film_cutoff sets it)", time, pair));
     }
     if (hertzian(law) && s.materials[a].young > 0) {
       const double rayleigh = rayleigh_time(first.radius, s.materials[a]);

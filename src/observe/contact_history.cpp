@@ -14,12 +14,13 @@ std::size_t row_of(const Particles& particles, Index id) {
   return static_cast<std::size_t>(std::find(particles.id.begin(), particles.id.end(), id) - particles.id.begin());
 }
 
-double force_of(const Simulation& s, std::uint8_t a, std::uint8_t b, const Approach<double>& approach) {
+double force_of(const Simulation& s, const Collision& c, std::uint8_t a, std::uint8_t b, const Approach<double>& approach) {
   const PairLaw& pair = s.pair_laws[s.pair_kind[a * s.materials.size() + b]];
+  if (pair.extras.any()) return c.force;
   return std::visit(
       [&](const auto& law) {
         TangentialSpring<double> spring{};
-        return law(approach, spring).normal;
+        return act(law, approach, spring).normal;
       },
       pair.law);
 }
@@ -35,7 +36,7 @@ Instant instant_of(const Simulation& s, const Collision& c) {
     const double overlap = std::max(0.0, radius + radius_j - distance);
     const double rate = dot(xyz(p.velocity[i]) - xyz(p.velocity[j]), apart) / distance;
     const double effective_radius = radius * radius_j / (radius + radius_j), effective_mass = mass * mass_j / (mass + mass_j);
-    return {overlap, -rate, force_of(s, p.material[i], p.material[j], head_on(overlap, rate, effective_radius, effective_mass))};
+    return {overlap, -rate, force_of(s, c, p.material[i], p.material[j], head_on(overlap, rate, effective_radius, effective_mass))};
   }
   const Wall& wall = s.walls[static_cast<std::size_t>(-1 - c.second_id)];
   Touch touches[most_touches];
@@ -46,7 +47,7 @@ Instant instant_of(const Simulation& s, const Collision& c) {
   const Touch& touch = *std::min_element(touches, touches + count, [](const Touch& a, const Touch& b) { return a.distance < b.distance; });
   const double overlap = std::max(0.0, radius - touch.distance);
   const double rate = (vec(p.velocity[i]) - wall.pose.velocity_at(touch.point)).dot(touch.normal);
-  return {overlap, -rate, force_of(s, p.material[i], wall.material, head_on(overlap, rate, radius, mass))};
+  return {overlap, -rate, force_of(s, c, p.material[i], wall.material, head_on(overlap, rate, radius, mass))};
 }
 
 ContactCourse& course_of(std::vector<ContactCourse>& contacts, const Collision& c) {

@@ -49,14 +49,14 @@ int touch_watched(const Mesh& mesh, WallCandidate& candidate, Index* triangles, 
   return count;
 }
 
-// The touches of a candidate now, in the fixed frame; the gap if there are none.
-int touch_candidate(const Wall& wall, WallCandidate& candidate, ContactBlock& block, const Quad& position, Touch* touches, double& gap) {
+// The touches of a candidate now, nearer than `radius`, in the fixed frame; the gap beyond that if there are none.
+int touch_candidate(const Wall& wall, WallCandidate& candidate, ContactBlock& block, const Quad& position, double radius, Touch* touches, double& gap) {
   const Vec3 local = wall.pose.to_local(vec(position));
   int count = 0;
   if (const Mesh* mesh = std::get_if<Mesh>(&wall.surface)) {
-    count = touch_watched(*mesh, candidate, block.triangles.data(), local, position.w, touches, gap);
+    count = touch_watched(*mesh, candidate, block.triangles.data(), local, radius, touches, gap);
   } else {
-    count = touch_smooth(wall.surface, local, position.w, touches[0], gap) ? 1 : 0;
+    count = touch_smooth(wall.surface, local, radius, touches[0], gap) ? 1 : 0;
   }
   into_fixed_frame(wall.pose, touches, count);
   return count;
@@ -213,7 +213,9 @@ void find_wall_touches(const StepContext& step, const std::vector<Wall>& walls, 
     const Wall& wall = walls[static_cast<std::size_t>(candidate.wall)];
     const auto i = static_cast<std::size_t>(candidate.particle);
     double gap = 0;
-    const int count = touch_candidate(wall, candidate, block, particles.position[i], touches, gap);
+    const std::size_t kind = step.pair_kind[particles.material[i] * step.material_count + wall.material];
+    const double radius = particles.position[i].w + step.pair_laws[kind].reach;
+    const int count = touch_candidate(wall, candidate, block, particles.position[i], radius, touches, gap);
     if (count == 0) {
       candidate.asleep_until = step.path + (1 - 1e-9) * gap;
       if (candidate.touches == 0) continue;
@@ -225,8 +227,7 @@ void find_wall_touches(const StepContext& step, const std::vector<Wall>& walls, 
       match(block.wall_normals.data() + first_old, old_slots, candidate.touches, touches, count, slots);
       for (Index o = 0; o < candidate.touches; ++o) {
         if (old_slots[o] < 0) continue;
-        end_collision(step, block, candidate.particle, 0, candidate.wall, old_slots[o], false);
-        block.release_slot(old_slots[o]);
+        end_contact(step, block, candidate.particle, 0, candidate.wall, old_slots[o]);
       }
     } else {
       std::fill(slots, slots + count, -1);
@@ -234,7 +235,7 @@ void find_wall_touches(const StepContext& step, const std::vector<Wall>& walls, 
 
     candidate.first_slot = count > 0 ? static_cast<Index>(block.wall_slots.size() - old_size) : -1;
     candidate.touches = count;
-    ActiveList& list = block.walls[step.pair_kind[particles.material[i] * step.material_count + wall.material]];
+    ActiveList& list = block.walls[kind];
     for (int k = 0; k < count; ++k) {
       if (slots[k] < 0) slots[k] = block.take_slot();
       list.push(candidate.particle, static_cast<Index>(block.wall_touches.size()), slots[k]);

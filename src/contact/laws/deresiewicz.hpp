@@ -13,15 +13,22 @@ struct Deresiewicz {
   double slip_ratio = 0;         // ξ_max/δ = μ(2−ν)/(2(1−ν)) [-]
   double friction = 0;           // μ [-]
 
-  template <class T>
-  QUERN_INLINE ContactForce<T> operator()(const Approach<T>& a, TangentialSpring<T>& spring) const {
-    ContactForce<T> force{};
-    const T tiny(1e-300), one(1.0), dt(a.time_step);
-    const T elastic = T(4.0 / 3.0 * effective_young) * a.contact_radius * a.overlap;
-    push(a, elastic, T(2 * effective_young) * a.contact_radius, T(damping_modulus) * a.contact_radius, force);
+  double exponent() const { return 1.5; }  // of the overlap in F_n
 
+  template <class T>
+  QUERN_INLINE void normal(const Approach<T>& a, NormalPart<T>& part) const {
+    part.elastic = T(4.0 / 3.0 * effective_young) * a.contact_radius * a.overlap;
+    part.stiffness = T(2 * effective_young) * a.contact_radius;
+    part.damping = T(damping_modulus) * a.contact_radius;
+    part.energy = T(0.4) * part.elastic * a.overlap;
+  }
+
+  template <class T>
+  QUERN_INLINE void tangential(const Approach<T>& a, const NormalPart<T>&, const T& pressing, double compliance, TangentialSpring<T>& spring,
+                               ContactForce<T>& force) const {
+    const T tiny(1e-300), one(1.0), dt(a.time_step);
     // Where the overlap grew, the stretch shrinks until the stiffer contact gives the force it gave before: no energy is made.
-    const T slip_now = greater(T(slip_ratio) * a.overlap, tiny);
+    const T slip_now = greater(T(slip_ratio * compliance) * a.overlap, tiny);
     const T grown = a.earlier;
     const Triple<T> carried = square_root(spring.restoring) * spring.stretch;
     const T before = length(carried);
@@ -35,7 +42,7 @@ struct Deresiewicz {
     const T used = lesser(one, size / slip_now);
     const T rest = one - used;
     const T rest_root = square_root(rest);
-    const T limit = T(friction) * force.normal;
+    const T limit = T(friction) * pressing;
     const T scale = limit * (one - rest * rest_root) / greater(size, tiny);
     force.tangential = (-scale) * stretch;
     const T kept_scale = lesser(one, slip_now / greater(size, tiny));
@@ -44,8 +51,6 @@ struct Deresiewicz {
     force.tangential_loss = spring.energy - energy - dt * dot(force.tangential, a.tangential_velocity);
     spring = {kept + T(a.ahead) * a.tangential_velocity, energy};
     force.stiffening = grown;
-    force.elastic_energy = T(0.4) * elastic * a.overlap + spring.energy;
-    return force;
   }
 };
 

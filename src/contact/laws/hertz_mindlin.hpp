@@ -13,21 +13,23 @@ struct HertzMindlin {
   double damping_ratio = 0;    // β [-]
   double friction = 0;         // μ [-]
 
+  double exponent() const { return 1.5; }  // of the overlap in F_n
+
   template <class T>
-  QUERN_INLINE ContactForce<T> operator()(const Approach<T>& a, TangentialSpring<T>& spring) const {
-    ContactForce<T> force{};
-    const T normal_stiffness = T(2 * effective_young) * a.contact_radius;
-    const T tangential_stiffness = T(8 * effective_shear) * a.contact_radius;
-    const T elastic = T(2.0 / 3.0) * normal_stiffness * a.overlap;
-    const T root = T(2 * std::sqrt(5.0 / 6.0) * damping_ratio) * square_root(a.contact_radius * a.effective_mass);
-    push(a, elastic, normal_stiffness, T(std::sqrt(2 * effective_young)) * root, force);
-    force.stiffening = a.earlier;
-    const HeldForce<T> held = hold(a, a.tangential_velocity, tangential_stiffness, force.stiffening,
-                                   T(std::sqrt(8 * effective_shear)) * root, T(friction) * force.normal, spring);
-    force.tangential = held.force;
-    force.tangential_loss = held.loss;
-    force.elastic_energy = T(0.4) * elastic * a.overlap + spring.energy;
-    return force;
+  QUERN_INLINE void normal(const Approach<T>& a, NormalPart<T>& part) const {
+    part.stiffness = T(2 * effective_young) * a.contact_radius;
+    part.elastic = T(2.0 / 3.0) * part.stiffness * a.overlap;
+    part.energy = T(0.4) * part.elastic * a.overlap;
+    part.shared = T(2 * std::sqrt(5.0 / 6.0) * damping_ratio) * square_root(a.contact_radius * a.effective_mass);
+    part.damping = T(std::sqrt(2 * effective_young)) * part.shared;
+  }
+
+  template <class T>
+  QUERN_INLINE void tangential(const Approach<T>& a, const NormalPart<T>& part, const T& pressing, double compliance, TangentialSpring<T>& spring,
+                               ContactForce<T>& force) const {
+    const double shear = effective_shear / compliance;
+    take(hold(a, a.tangential_velocity, T(8 * shear) * a.contact_radius, a.earlier, T(std::sqrt(8 * shear)) * part.shared, T(friction) * pressing, spring),
+         a.earlier, force);
   }
 };
 

@@ -5,21 +5,13 @@
 
 namespace quern {
 
-// The linear contact with all its constants given: k_n, c_n along the normal; k_s, c_s along the tangent; μ.
+// The normal part of a linear contact with all its constants given.
 template <class T>
-QUERN_INLINE ContactForce<T> springs_and_dashpots(const Approach<T>& a, TangentialSpring<T>& spring, const T& normal_stiffness,
-                                                  const T& normal_damping, const T& tangential_stiffness, const T& tangential_damping,
-                                                  double friction) {
-  ContactForce<T> force{};
-  const T elastic = normal_stiffness * a.overlap;
-  push(a, elastic, normal_stiffness, normal_damping, force);
-  const HeldForce<T> held =
-      hold(a, a.tangential_velocity, tangential_stiffness, T(1.0), tangential_damping, T(friction) * force.normal, spring);
-  force.tangential = held.force;
-  force.tangential_loss = held.loss;
-  force.stiffening = T(1.0);
-  force.elastic_energy = T(0.5) * elastic * a.overlap + spring.energy;
-  return force;
+QUERN_INLINE void spring_and_dashpot(const Approach<T>& a, const T& stiffness, const T& damping, NormalPart<T>& part) {
+  part.elastic = stiffness * a.overlap;
+  part.stiffness = stiffness;
+  part.damping = damping;
+  part.energy = T(0.5) * part.elastic * a.overlap;
 }
 
 struct Linear {
@@ -29,11 +21,20 @@ struct Linear {
   double damping_ratio = 0;         // β [-]
   double friction = 0;              // μ [-]
 
+  double exponent() const { return 1; }  // of the overlap in F_n
+
   template <class T>
-  QUERN_INLINE ContactForce<T> operator()(const Approach<T>& a, TangentialSpring<T>& spring) const {
-    const T root_mass = square_root(a.effective_mass);
-    return springs_and_dashpots(a, spring, T(normal_stiffness), T(2 * damping_ratio * std::sqrt(normal_stiffness)) * root_mass,
-                                T(tangential_stiffness), T(2 * damping_ratio * std::sqrt(tangential_stiffness)) * root_mass, friction);
+  QUERN_INLINE void normal(const Approach<T>& a, NormalPart<T>& part) const {
+    part.shared = square_root(a.effective_mass);
+    spring_and_dashpot(a, T(normal_stiffness), T(2 * damping_ratio * std::sqrt(normal_stiffness)) * part.shared, part);
+  }
+
+  template <class T>
+  QUERN_INLINE void tangential(const Approach<T>& a, const NormalPart<T>& part, const T& pressing, double compliance, TangentialSpring<T>& spring,
+                               ContactForce<T>& force) const {
+    const double stiffness = tangential_stiffness / compliance;
+    take(hold(a, a.tangential_velocity, T(stiffness), T(1.0), T(2 * damping_ratio * std::sqrt(stiffness)) * part.shared, T(friction) * pressing, spring),
+         T(1.0), force);
   }
 };
 

@@ -12,10 +12,19 @@ struct Linearized {
   double tangential_stiffness = 0;  // k_s [N/m]
   double friction = 0;              // μ [-]
 
+  double exponent() const { return 1; }  // of the overlap in F_n
+
   template <class T>
-  QUERN_INLINE ContactForce<T> operator()(const Approach<T>& a, TangentialSpring<T>& spring) const {
-    return springs_and_dashpots(a, spring, T(normal_stiffness), T(normal_damping), T(tangential_stiffness),
-                                T(normal_damping * std::sqrt(tangential_stiffness / normal_stiffness)), friction);
+  QUERN_INLINE void normal(const Approach<T>& a, NormalPart<T>& part) const {
+    spring_and_dashpot(a, T(normal_stiffness), T(normal_damping), part);
+  }
+
+  template <class T>
+  QUERN_INLINE void tangential(const Approach<T>& a, const NormalPart<T>&, const T& pressing, double compliance, TangentialSpring<T>& spring,
+                               ContactForce<T>& force) const {
+    const double stiffness = tangential_stiffness / compliance;
+    take(hold(a, a.tangential_velocity, T(stiffness), T(1.0), T(normal_damping * std::sqrt(stiffness / normal_stiffness)), T(friction) * pressing, spring),
+         T(1.0), force);
   }
 };
 

@@ -14,21 +14,23 @@ struct PowerLaw {
   double tangential_stiffness = 0;  // k_s [N/m]
   double friction = 0;              // μ [-]
 
+  double exponent() const { return stiffness_exponent; }  // of the overlap in F_n
+
   template <class T>
-  QUERN_INLINE ContactForce<T> operator()(const Approach<T>& a, TangentialSpring<T>& spring) const {
-    ContactForce<T> force{};
-    const T elastic = T(stiffness) * power(a.overlap, stiffness_exponent);
-    const T normal_damping = T(damping) * power(a.overlap, damping_exponent);
-    const T tangent = T(stiffness_exponent) * elastic / greater(a.overlap, T(1e-300));
-    push(a, elastic, tangent, normal_damping, force);
-    const HeldForce<T> held =
-        hold(a, a.tangential_velocity, T(tangential_stiffness), T(1.0),
-             normal_damping * square_root(T(tangential_stiffness) / greater(tangent, T(1e-300))), T(friction) * force.normal, spring);
-    force.tangential = held.force;
-    force.tangential_loss = held.loss;
-    force.stiffening = power(a.earlier, 2 * (stiffness_exponent - 1));
-    force.elastic_energy = elastic * a.overlap / T(stiffness_exponent + 1) + spring.energy;
-    return force;
+  QUERN_INLINE void normal(const Approach<T>& a, NormalPart<T>& part) const {
+    part.elastic = T(stiffness) * power(a.overlap, stiffness_exponent);
+    part.damping = T(damping) * power(a.overlap, damping_exponent);
+    part.stiffness = T(stiffness_exponent) * part.elastic / greater(a.overlap, T(1e-300));
+    part.energy = part.elastic * a.overlap / T(stiffness_exponent + 1);
+  }
+
+  template <class T>
+  QUERN_INLINE void tangential(const Approach<T>& a, const NormalPart<T>& part, const T& pressing, double compliance, TangentialSpring<T>& spring,
+                               ContactForce<T>& force) const {
+    const double shear = tangential_stiffness / compliance;
+    take(hold(a, a.tangential_velocity, T(shear), T(1.0), part.damping * square_root(T(shear) / greater(part.stiffness, T(1e-300))),
+              T(friction) * pressing, spring),
+         power(a.earlier, 2 * (stiffness_exponent - 1)), force);
   }
 };
 

@@ -1,0 +1,2 @@
+#define QUERN_ISA portable
+#include "src/contact/effects_isa.inl"
