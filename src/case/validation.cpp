@@ -447,7 +447,7 @@ Memory read_memory(const std::string& folder) {
   if (!all.is_object() || !all.contains("figures") || !all["figures"].is_array()) return memory;
   for (const Json& one : all["figures"]) {
     if (!one.is_object() || !one.contains("name") || !one.contains("value") || !one["value"].is_number()) continue;
-    Remembered remembered{{one["value"], {}}, one.value("date", ""), one.value("version", "")};
+    RememberedFigure remembered{{one["value"], {}}, one.value("date", ""), one.value("version", "")};
     if (one.contains("ci95") && one["ci95"].is_array() && one["ci95"].size() == 2) remembered.measured.ci95 = {{one["ci95"][0], one["ci95"][1]}};
     memory[one["name"]] = remembered;
   }
@@ -459,7 +459,7 @@ std::string memory_text(const Check& check, const Memory& memory) {
   for (const Figure& figure : check.figures) {
     const auto found = memory.find(figure.name);
     if (found == memory.end()) continue;
-    const Remembered& one = found->second;
+    const RememberedFigure& one = found->second;
     Json entry = {{"name", figure.name}, {"value", one.measured.value}, {"unit", figure.unit}};
     if (one.measured.ci95) entry["ci95"] = *one.measured.ci95;
     entry["date"] = one.date, entry["version"] = one.version;

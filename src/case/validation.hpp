@@ -83,11 +83,11 @@ Measured measure(const Figure& figure, const RunResults& results);
 bool meets(const Figure& figure, const Measured& measured);
 
 // The latest figures of a case by name, with the day and version that they come from.
-struct Remembered {
+struct RememberedFigure {
   Measured measured;
   std::string date, version;
 };
-using Memory = std::map<std::string, Remembered>;
+using Memory = std::map<std::string, RememberedFigure>;
 
 Memory read_memory(const std::string& folder);                     // FOLDER/result.json; empty where there is none
 std::string memory_text(const Check& check, const Memory& memory);  // in the order of the check; figures no longer asked for are left out
