@@ -24,7 +24,7 @@ def write_case(e, path, name, rng):
     if walls:
         lines += ["[time_step]", f"value = {toml(step(e))}", ""]
     else:
-        lines += ["[time_step]", f"value = {toml(min(1e-3, e.duration / 500))}", ""]
+        lines += ["[time_step]", f"value = {toml(flight_step(e))}", ""]
     density = m / (4 / 3 * np.pi * R**3)
     lines += ["[material.ball]", f"density = {toml(density)}"]
     hertz = e.law == "hertz_mindlin" and e.kind not in ("flight", "roll", "spin")
@@ -57,7 +57,7 @@ def write_case(e, path, name, rng):
             if "tangential_compliance" in e.base:
                 lines += [f"tangential_compliance = {toml(e.base['tangential_compliance'])}"]
         lines += ["", "[wall.plate]", 'type = "plane"', 'material = "plate"']
-    soft = {"flight": 1.0, "roll": 0.1, "spin": 0.1}.get(e.kind, 0.05) * (1.0 if e.kind == "flight" else stiffness(e))
+    soft = 0.1 * stiffness(e) if walls else 0.5 * e.mass.min() * (np.pi / (40 * flight_step(e))) ** 2
     lines += ["", "[pair.ball.ball]  # there is but one ball", 'law = "linear"', f"normal_stiffness = {soft:.3g}", "restitution = 1"]
     lines += ["", "[species.ball]", 'material = "ball"', f"diameter = {toml(2 * R)}", "", "[insert.ball]", 'species = "ball"', 'method = "list"',
               f"positions = [{toml(start[0:3])}]", f"velocity = {toml(start[3:6])}", f"spin = {toml(start[6:9])}"]
@@ -81,12 +81,16 @@ TITLES = {"flight": "A ball in flight", "bounce": "A ball bouncing on a plate", 
           "roll": "A ball sliding and rolling on a plane", "spin": "A ball spinning on a plane"}
 
 
+def flight_step(e):
+    return min(1e-3, e.duration / 500)
+
+
 def step(e):
     """Time step: a fraction of the shortest contact."""
     if e.kind in ("roll", "spin"):
         return float(f"{np.pi * np.sqrt(e.mass.min() / e.stiffness) / 50:.2g}")
     shortest = float(np.min(e.times_of_contact))
-    return float(f"{shortest / (200):.2g}")
+    return float(f"{shortest / {'contact': 1000, 'oblique': 500}.get(e.kind, 600 if e.law == 'linear' else 250):.2g}")
 
 
 def stiffness(e):

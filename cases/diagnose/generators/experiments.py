@@ -214,14 +214,14 @@ class Bounce(Experiment):
 
     def __init__(self, rng, events=False):
         self.common(rng)
-        self.law = rng.choice(["linear", "hertz_mindlin"])
+        self.law = rng.choice(["linear", "hertz_mindlin"], p=[0.35, 0.65])
         self.contact_steps = 50 if self.law == "linear" else 80
-        self.sizes(rng, (0.008, 0.03), (40, 8000), spread=0.4)
+        self.sizes(rng, (0.012, 0.035), (40, 8000), spread=0.4)
         self.base["restitution"] = float(np.round(rng.uniform(0.65, 0.94), 3))
-        drop = np.round(rng.uniform(0.1, 0.8, self.n), 4)
+        drop = np.round(rng.uniform(0.1, 0.6, self.n), 4)
         self.z0 = self.radius + drop
         self.reference_speed = float(np.sqrt(2 * 9.81 * drop.max()))
-        soften(self, rng, rng.uniform(1.5e-3, 4e-3))
+        soften(self, rng, rng.uniform(2.5e-3, 4.5e-3))
         self.free.append(("pair.ball.plate.restitution", "restitution", [0.3, 0.995]))
         self.height = float(drop.mean())
         self.middle = float(drop.mean() / 2)
@@ -298,7 +298,7 @@ class Contact(Experiment):
         self.sampling(rng, -0.15 * self.ends, self.ends)
         if self.jitter:
             self.jitter = min(self.jitter, 0.005 * T)
-        self.sd = {c: float(log_uniform(rng, 0.002, 0.03) * (self.peak_force if c == "force" else self.deepest)) for c in self.channels}
+        self.sd = {c: float(log_uniform(rng, 0.005, 0.03) * (self.peak_force if c == "force" else self.deepest)) for c in self.channels}
         self.height = self.deepest
 
     def start(self):

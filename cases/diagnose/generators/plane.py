@@ -29,8 +29,8 @@ class Rollers:
         slip = v - q["radius"] * w
         mu = self.strange["friction"](np.abs(slip), q) if "friction" in self.strange else q["friction"]
         mu_r = self.strange["rolling"](x, v, q) if "rolling" in self.strange else q["rolling_friction"]
-        moment = -mu_r * q["radius"] * self.weight * np.sign(w)
-        grip = -mu * self.weight * np.sign(slip)
+        moment = -mu_r * q["radius"] * self.weight * np.where(w == 0, self.way, np.sign(w))
+        grip = -mu * self.weight * self.way
         rolling = (push + moment / q["radius"]) / (self.inertia + self.gyration / q["radius"] ** 2)
         dv = np.where(mode == SLIDES, (push + grip) / self.inertia, np.where(mode == ROLLS, rolling, 0.0))
         dw = np.where(mode == SLIDES, (moment - q["radius"] * grip) / self.gyration, np.where(mode == ROLLS, rolling / q["radius"], 0.0))
@@ -47,6 +47,7 @@ class Rollers:
         t, ts, ys, ds = np.zeros(L), [], [], []
         while True:
             h = np.minimum(t_end / steps, t_end - t)
+            self.way = np.sign(y[1] - q["radius"] * y[2])  # of the sliding, for the whole of a step
             k1 = self.slope(t, y, mode)
             ts.append(t.copy()), ys.append(y.copy()), ds.append(k1.copy())
             if (h <= 1e-12).all():
@@ -62,14 +63,15 @@ class Rollers:
             grips = (mode == SLIDES) & (u0 * u1 < 0)
             stops = (mode == ROLLS) & (y[1] * new[1] < 0)
             drilled = (y[3] != 0) & (y[3] * new[3] <= 0)
-            if (grips | stops | drilled).any():
+            turns = (mode == SLIDES) & ~grips & (y[2] * new[2] < 0)
+            if (grips | stops | drilled | turns).any():
                 with np.errstate(all="ignore"):
-                    part = np.where(grips, u0 / (u0 - u1), np.where(stops, y[1] / (y[1] - new[1]), np.where(drilled, y[3] / (y[3] - new[3]), 1.0)))
+                    part = np.where(grips, u0 / (u0 - u1), np.where(stops, y[1] / (y[1] - new[1]), np.where(drilled, y[3] / (y[3] - new[3]), np.where(turns, y[2] / (y[2] - new[2]), 1.0))))
                 h = h * np.clip(part, 0, 1)
                 new = step(h)
                 v = np.where(grips, (self.inertia * new[1] * q["radius"] + self.gyration * new[2]) /
                              (self.inertia * q["radius"] + self.gyration / q["radius"]), new[1])
-                new[1], new[2] = np.where(stops, 0.0, v), np.where(grips, v / q["radius"], np.where(stops, 0.0, new[2]))
+                new[1], new[2] = np.where(stops, 0.0, v), np.where(grips, v / q["radius"], np.where(stops | turns, 0.0, new[2]))
                 new[3] = np.where(drilled, 0.0, new[3])
                 mode = np.where(grips, ROLLS, np.where(stops, RESTS, mode))
             y, t = new, t + h

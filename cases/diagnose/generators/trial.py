@@ -14,6 +14,22 @@ SETS = {"development": 20260100, "final": 73919000}  # seeds of trial 0; trial i
 CATEGORIES = {"none": 0.22, "parameters": 0.12, "effect": 0.34, "instrument": 0.11, "two": 0.08, "outside": 0.13}
 KIND_SHARE = {"flight": 0.22, "bounce": 0.2, "impact_times": 0.1, "contact": 0.22, "oblique": 0.1, "roll": 0.11, "spin": 0.05}
 
+# Where each effect can be seen; each name of a category is equally likely.
+BODY, HIT = ["flight", "bounce", "impact_times"], ["bounce", "impact_times", "contact"]
+WHERE = {
+    "effect": {"air_drag": [*BODY, "roll"], "viscous_drag": [*BODY, "roll"], "buoyancy": BODY, "added_mass": ["flight"], "magnus": ["flight"],
+               "rolling_resistance": ["roll"], "torsional_friction": ["spin"], "sliding_friction": ["roll", "oblique"], "tangential_compliance": ["oblique"],
+               "velocity_dependent_restitution": [*HIT, "oblique"], "plastic_contact": HIT, "nonlinear_stiffness": ["contact"], "adhesion": HIT,
+               "liquid_bridge": HIT, "lubrication": ["bounce", "impact_times"], "wave_loss": HIT, "powder_layer": HIT},
+    "instrument": {"sensor_gain": ["flight", "bounce", "contact", "roll", "oblique"], "sensor_offset": ["bounce", "contact", "oblique"],
+                   "sensor_lag": ["contact"], "clock_shift": ["bounce", "contact"], "saturation": ["bounce", "contact", "flight", "spin"]},
+    "outside": {"thrust_dying_out": BODY, "periodic_force": BODY, "drag_crisis": ["flight"], "force_in_band_of_height": ["flight"], "drag_v5": ["flight"],
+                "side_gust": ["flight"], "spring_to_a_line": ["flight"], "magnet_below": BODY[1:], "restitution_resonance": [*BODY[1:], "oblique"],
+                "force_bump_at_overlap": ["contact"], "friction_in_guide": ["contact"], "stiffness_drift_over_runs": ["contact"], "ringing": ["contact"],
+                "friction_falls_with_speed": ["roll", "oblique"], "rough_patch": ["roll"], "uneven_table": ["roll"], "force_dying_out": ["roll"],
+                "viscous_torque": ["spin"], "quadratic_torque": ["spin"]},
+}
+
 
 class Redraw(Exception):
     pass
@@ -94,7 +110,7 @@ def seen(frame, effect, s):
 def strength_for(frame, effect, wanted):
     """Strength whose projected signal has the norm `wanted` (or the cap's, if that is less): secant in logarithms."""
     s = effect.start
-    for _ in range(3):
+    for _ in range(5):
         size, r = seen(frame, effect, s)
         if abs(np.log(max(size, 1e-12) / wanted)) < 0.03:
             break
@@ -123,7 +139,7 @@ def location(frame, signal):
     strongest = int(np.argmax(shares))
     whole = shortest(times, weight, 0.9)
     return {"channel": e.channels[c], "variable": "impact" if e.kind == "impact_times" else "t", "unit": "1" if e.kind == "impact_times" else "s",
-            "from": whole[0], "to": whole[1], "share": 0.9, "share_by_channel": by_channel, "share_by_run": shares,
+            "from": whole[0], "to": whole[1], "share": 0.9, "half": shortest(times, weight, 0.5), "share_by_channel": by_channel, "share_by_run": shares,
             "strongest_run": str(strongest + 1),
             "by_run": [shortest(np.asarray(e.times[r], float), energy[r][c], 0.9) for r in range(e.n)],
             "span": [float(times.min()), float(times.max())]}
@@ -178,7 +194,7 @@ def shift_free(e, rng, size=0.04):
         e.case_values[key] = float(f"{guess:.4g}")
 
 
-def draw(rng, category, kind):
+def draw(rng, category, kind, target=None):
     """Experiment with its hidden truth; raises Redraw where that effect cannot be seen in it."""
     e, noise, frame = fresh(rng, kind)
     physical, instrument = catalogue(e)
@@ -205,8 +221,9 @@ def draw(rng, category, kind):
             raise Redraw
         low, high = {"two": (2, 10), "outside": (1, 10)}.get(category, (0.5, 10))
         wanted = float(np.exp(rng.uniform(np.log(low), np.log(high))))
-        # By name first, so that an effect with two keys does not come twice as often.
         names = rng.permutation(sorted({x.name for x in pool}))
+        if target:
+            names = [x for x in names if x == target]
         count = 2 if category == "two" else 1
         signals = []
         for name in names:
@@ -217,7 +234,7 @@ def draw(rng, category, kind):
                 s, size, r = strength_for(frame, effect, w * LEAST)
             except Redraw:
                 continue
-            if size < 0.5 * LEAST * (1 if category in ("effect", "instrument") else 2):
+            if not 0.45 * LEAST * (1 if category in ("effect", "instrument") else 2) < size < 13 * LEAST:
                 continue
             if chosen and abs(r @ signals[0]) > 0.9 * np.linalg.norm(r) * np.linalg.norm(signals[0]):
                 continue
@@ -258,10 +275,11 @@ def build(seed):
     """All of the trial with this seed: the same seed gives the same numbers."""
     rng = np.random.default_rng(seed)
     category = str(rng.choice(list(CATEGORIES), p=list(CATEGORIES.values())))
-    for attempt in range(200):
-        kind = str(rng.choice(list(KIND_SHARE), p=list(KIND_SHARE.values())))
+    target = str(rng.choice(list(WHERE[category]))) if category in WHERE else None
+    for attempt in range(400):
+        kind = str(rng.choice(WHERE[category][target]) if target else rng.choice(list(KIND_SHARE), p=list(KIND_SHARE.values())))
         try:
-            e, noise, frame, chosen, ratios, sim, signal, likes, leftover = draw(rng, category, kind)
+            e, noise, frame, chosen, ratios, sim, signal, likes, leftover = draw(rng, category, kind, target)
             break
         except Redraw:
             continue
