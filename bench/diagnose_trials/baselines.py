@@ -12,11 +12,11 @@ import json
 import pathlib
 import sys
 
-import numpy as np
 
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parents[1] / "cases" / "diagnose" / "generators"))
 import trial  # noqa: E402
+import numpy as np  # noqa: E402
 
 
 def fit(columns, residual):

@@ -12,12 +12,12 @@ import subprocess
 import sys
 import tempfile
 
-import numpy as np
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "cases" / "diagnose" / "generators"))
 import case_file  # noqa: E402
 import trial  # noqa: E402
+import numpy as np  # noqa: E402
 from experiments import KINDS  # noqa: E402
 from noise import Noise  # noqa: E402
 

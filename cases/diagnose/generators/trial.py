@@ -1,13 +1,17 @@
 """One blind trial: an experiment, what is hidden in it, how strong, where it shows, and its files."""
-import json
+import os
 
-import numpy as np
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the same sums on every machine, and no threads that wait on each other
 
-import effects
-from case_file import write_case
-from experiments import KINDS
-from noise import Noise
-from recording_file import write_recording
+import json  # noqa: E402
+
+import numpy as np  # noqa: E402
+
+import effects  # noqa: E402
+from case_file import write_case  # noqa: E402
+from experiments import KINDS  # noqa: E402
+from noise import Noise  # noqa: E402
+from recording_file import write_recording  # noqa: E402
 
 LEAST = 3.4  # norm of the whitened, projected signal that a one-parameter test at 1 % sees with 80 % power
 SETS = {"development": 20260100, "final": 73919000}  # seeds of trial 0; trial i has seed + i
