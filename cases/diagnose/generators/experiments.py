@@ -473,7 +473,7 @@ def soften(e, rng, wanted):
 
 def stand_on_plane(e):
     """Stiff enough that the contact is rigid for the recording; where the ball rests."""
-    e.stiffness = float(f"{e.mass.max() * (np.pi / 1e-3) ** 2:.4g}")
+    e.stiffness = float(f"{e.mass.max() * (np.pi / 4e-3) ** 2:.4g}")
     e.conditions["z0 [m]"] = e.radius - 9.81 * e.mass / e.stiffness
 
 
