@@ -65,9 +65,15 @@ def design_of(frame, e):
     return free, start
 
 
-def clip(x):
-    """Wild points would rule every least-squares fit."""
-    return np.clip(x, -6, 6)
+def without_wild(rows):
+    """Single points further than six standard deviations from the median of their neighbours are put onto it."""
+    out = np.array(rows)
+    for row in out:
+        if len(row) >= 7:
+            near = np.median(np.lib.stride_tricks.sliding_window_view(np.pad(row, 3, mode="edge"), 7), axis=1)
+            wild = np.abs(row - near) > 6
+            row[wild] = near[wild]
+    return out
 
 
 def diagnose(verdict, effects, before, after, parameters=None, where=None, confidence=0.95):
@@ -82,7 +88,7 @@ def one(seed):
     frame = naive(frame)
     free, start = design_of(frame, e)
     guess = np.array([e.case_values.get(key, e.base.get(n, 0.0)) - e.base.get(n, 0.0) for key, n, _ in e.free])
-    data = clip(np.concatenate([frame.white(r, np.array(values[r]) - frame.base[r]) for r in range(e.n)]))
+    data = np.concatenate([without_wild(frame.white(r, np.array(values[r]) - frame.base[r]).reshape(len(e.channels), -1)).ravel() for r in range(e.n)])
     fits, sealed = rows_of(frame, held, False), rows_of(frame, held, True)
 
     def solve(extra):
@@ -99,16 +105,17 @@ def one(seed):
 
     physical, instrument = trial.catalogue(e)
     pool = physical + instrument
-    best = None
-    for effect, s in zip(pool, e.simulate([trial.variant_of([(f, f.start)]) for f in pool]) if pool else []):
-        r = frame.response(s) / effect.start
-        if not np.isfinite(r).all() or np.linalg.norm(r) == 0:
-            continue
-        tried, x, error, after = solve([r])
-        gain = float(left @ left - tried @ tried)
-        strength = x[len(free)]
-        if strength > 0 and (best is None or gain > best[0]):
-            best = (gain, effect, strength, error[len(free)], after)
+    best, at = None, [f.start for f in pool]
+    for last in (False, True):  # the response at the first strength, then at the one that it leads to
+        for i, (effect, sim) in enumerate(zip(pool, e.simulate([trial.variant_of([(f, s)]) for f, s in zip(pool, at)]) if pool else [])):
+            r = frame.response(sim) / at[i]
+            if not np.isfinite(r).all() or np.linalg.norm(r) == 0:
+                continue
+            tried, x, error, after = solve([r])
+            gain, strength = float(left @ left - tried @ tried), x[len(free)]
+            if last and strength > 0 and (best is None or gain > best[0]):
+                best = (gain, effect, strength, error[len(free)], after)
+            at[i] = float(np.clip(strength, 0.02 * effect.start, effect.cap))
     if best and best[0] > 6.63:
         gain, effect, s, err, after = best
         key = next(iter(effect.keys(s)))

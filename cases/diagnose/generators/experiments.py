@@ -268,7 +268,7 @@ class ImpactTimes(Bounce):
         t = np.array(path.touches[lane][:len(self.times[run])])
         if path.failed[lane] or len(t) < len(self.times[run]):
             return np.full((1, len(self.times[run])), np.nan)
-        return (t + variant.get("init", {}).get("clock", 0.0))[None, :]
+        return (t + np.broadcast_to(variant.get("init", {}).get("clock", 0.0), (self.n,))[run])[None, :]
 
 
 class Contact(Experiment):

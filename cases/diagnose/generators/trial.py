@@ -24,7 +24,7 @@ WHERE = {
     "effect": {"air_drag": [*BODY, "roll"], "viscous_drag": [*BODY, "roll"], "buoyancy": BODY, "added_mass": ["flight"], "magnus": ["flight"],
                "rolling_resistance": ["roll"], "torsional_friction": ["spin"], "sliding_friction": ["roll", "oblique"], "tangential_compliance": ["oblique"],
                "velocity_dependent_restitution": [*HIT, "oblique"], "plastic_contact": HIT, "nonlinear_stiffness": ["contact"], "adhesion": HIT,
-               "liquid_bridge": HIT, "lubrication": ["bounce", "impact_times"], "wave_loss": HIT, "powder_layer": HIT},
+               "liquid_bridge": HIT, "lubrication": ["bounce", "impact_times"], "wave_loss": HIT, "powder_layer": ["contact"]},
     "instrument": {"sensor_gain": ["flight", "bounce", "contact", "roll", "oblique"], "sensor_offset": ["bounce", "contact", "oblique"],
                    "sensor_lag": ["contact"], "clock_shift": ["bounce", "contact"], "saturation": ["bounce", "contact", "flight", "spin"]},
     "outside": {"thrust_dying_out": BODY, "periodic_force": BODY, "drag_crisis": ["flight"], "force_in_band_of_height": ["flight"], "drag_v5": ["flight"],
@@ -62,7 +62,7 @@ class Frame:
         self.slopes = [[np.abs(np.gradient(s[c], np.maximum(e.times[r], -1e9))) if noise.jitter else np.zeros(s.shape[1])
                         for c in range(len(e.channels))] for r, s in enumerate(self.base)]
         self.offsets = np.cumsum([0] + [s.size for s in self.base])
-        design = []
+        design, self.labels = [], []
         for (name, step), sim in zip(self.columns, sims[1:]):
             parts = [self.white(r, (b - a) / step) for r, (a, b) in enumerate(zip(self.base, sim))]
             if name in e.init:
@@ -70,8 +70,11 @@ class Frame:
                     column = np.zeros(self.offsets[-1])
                     column[self.offsets[r]:self.offsets[r + 1]] = part
                     design.append(column)
+                    self.labels.append((name, r))
             else:
                 design.append(np.concatenate(parts))
+                self.labels.append((name, None))
+        self.design = np.array(design).T if design else None
         self.basis = self.orthonormal(design)
         self.initial = self.orthonormal(design[len(e.free):])
         self.free_columns = design[:len(e.free)]
@@ -90,6 +93,33 @@ class Frame:
     def response(self, sim):
         return np.concatenate([self.white(r, b - a) for r, (a, b) in enumerate(zip(self.base, sim))])
 
+    def unfitted(self, response):
+        """What calibration leaves of a response. Restitution shifts bounces by more than the sensitivities tell: the baseline is run again
+        with the values they lead to, and only the rest is taken for linear."""
+        if self.design is None or self.e.kind in ("flight", "spin"):
+            return self.left(response)
+        total = np.zeros(self.design.shape[1])
+        rest = response
+        best = self.left(response)
+        for _ in range(2):
+            size = np.maximum(np.linalg.norm(self.design, axis=0), 1e-30)
+            total = total + np.linalg.lstsq(self.design / size, rest, rcond=1e-9)[0] / size
+            params, init = {}, {c: np.zeros(self.e.n) for c in self.e.init}
+            for (name, run), value in zip(self.labels, total):
+                if run is not None:
+                    init[name][run] = value
+                    continue
+                number = next(n for key, n, _ in self.e.free if key == name)
+                value = self.e.base.get(number, 0.0) + value
+                params[number] = min(max(value, 0.0 if "fric" in number or "drag" in number else 0.2 * self.e.base[number]), 1.0 if number == "restitution" else np.inf)
+            sim = self.e.simulate([{"params": params, "init": init}])[0]
+            rest = response - self.response(sim)
+            if not np.isfinite(rest).all():
+                break
+            if np.linalg.norm(self.left(rest)) < np.linalg.norm(best):
+                best = self.left(rest)
+        return best
+
     def left(self, response, basis="all"):
         q = self.basis if basis == "all" else self.initial
         return response if q is None else response - q @ (q.T @ response)
@@ -105,9 +135,10 @@ def variant_of(chosen):
 def seen(frame, effect, s):
     """Norm of what an effect of strength s leaves after calibration, and the signal itself."""
     sim = frame.e.simulate([variant_of([(effect, s)])], hooks=effect.hooks)[0]
-    r = frame.left(frame.response(sim))
+    r = frame.response(sim)
     if not np.isfinite(r).all():
         raise Redraw
+    r = frame.unfitted(r)
     return np.linalg.norm(r), r
 
 
@@ -172,6 +203,8 @@ def catalogue(e):
         physical = effects.of_contacts(e)
     else:
         physical = effects.of_bodies(e) + (effects.of_contacts(e) if e.kind != "flight" else [])
+    if e.kind in ("bounce", "impact_times"):  # there it is another restitution, no more
+        physical = [x for x in physical if x.name != "powder_layer"]
     if "drag_coefficient" in e.base:
         physical = [x for x in physical if x.name != "air_drag"]
     instrument = effects.of_instrument(e) if e.kind != "impact_times" else []
@@ -256,7 +289,7 @@ def draw(rng, category, kind, target=None):
     sim = e.simulate([variant_of(chosen)], hooks=hooks)[0]
     if not all(np.isfinite(x).all() for x in sim):
         raise Redraw
-    signal = frame.left(frame.response(sim))
+    signal = frame.unfitted(frame.response(sim))
     likes, best = {}, 0.0
     if chosen:
         others = [x for x in physical + instrument if all(x.name != c.name for c, s in chosen)]
