@@ -30,6 +30,10 @@ std::string code(const std::string& text) { return fmt::format("`{}`", text); }
 
 }  // namespace
 
+std::string key_as_text(const Key& key, const std::string& name) {
+  return fmt::format("  {:24} {}\n  {:24}   {}; default {}{}\n", name, key.meaning, "", allowed_by(key), default_of(key), key.source[0] ? fmt::format(" ({})", key.source) : "");
+}
+
 std::string keys_as_text(const std::string& prefix) {
   std::string text;
   std::string table = "-";
@@ -39,8 +43,7 @@ std::string keys_as_text(const std::string& prefix) {
       table = table_of(key);
       text += fmt::format("{}{}\n", text.empty() ? "" : "\n", table.empty() ? "At the top" : fmt::format("[{}]", table));
     }
-    text += fmt::format("  {:24} {}\n  {:24}   {}; default {}{}\n", split_path(key.path).back(), key.meaning, "", allowed_by(key), default_of(key),
-                        key.source[0] ? fmt::format(" ({})", key.source) : "");
+    text += key_as_text(key, split_path(key.path).back());
   }
   return text;
 }

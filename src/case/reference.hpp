@@ -1,8 +1,12 @@
 // The table of keys as text for people: `quern list keys` and docs/case-reference.md.
 #pragma once
 #include <string>
+#include "src/case/keys.hpp"
 
 namespace quern {
+
+// What a key means, what is allowed, its default and source, in two lines under its name.
+std::string key_as_text(const Key& key, const std::string& name);
 
 // One line per key that begins with `prefix` ("" for all), grouped by table.
 std::string keys_as_text(const std::string& prefix = "");

@@ -4,6 +4,7 @@
 #include <memory>
 #include "src/base/whole_file.hpp"
 #include "src/cli/commands.hpp"
+#include "src/diagnose/report.hpp"
 #include "src/diagnose/written.hpp"
 
 namespace quern {
@@ -30,10 +31,13 @@ int compare(const DiagnoseWords& words) {
   const std::string directory = words.directory.empty() ? "out/" + name + "_diagnosis" : words.directory;
   make_directory(directory);
   write_diagnosis(experiment, diagnosis, directory);
+  std::vector<std::string> skipped;
+  if (!words.no_pictures) skipped = write_report(experiment, diagnosis, team, directory);
   if (!words.options.quiet) {
     for (const std::string& remark : recording.remarks) fmt::print("{}\n", remark);
     for (const std::string& line : diagnosis_words(diagnosis)) fmt::print("{}\n", line);
-    fmt::print("diagnosis.json, amended.toml, residuals.csv and fits.csv are in {}\n", directory);
+    for (const std::string& line : skipped) fmt::print("{}\n", line);
+    fmt::print("{}diagnosis.json, amended.toml, residuals.csv and fits.csv are in {}\n", words.no_pictures ? "" : "report.html, ", directory);
   }
   return 0;
 }

@@ -4,6 +4,8 @@
 #include "src/case/keys.hpp"
 #include "src/case/reference.hpp"
 #include "src/cli/commands.hpp"
+#include "src/diagnose/catalogue.hpp"
+#include "src/diagnose/equations.hpp"
 
 namespace quern {
 namespace {
@@ -25,20 +27,6 @@ constexpr Entry laws[] = {
     {"linearized", "The linear equivalent of a power law for a typical impact. Restitution follows from k' and q'", "Mishra & Murty 2001, eqs. 23–24"},
 };
 
-constexpr Entry effects[] = {
-    {"sliding_friction", "pair.<a>.<b>.friction above 0", "Coulomb"},
-    {"tangential_compliance", "pair.<a>.<b>.tangential_stiffness, or the laws hertz_mindlin and deresiewicz", "Mindlin 1949"},
-    {"rolling_resistance", "pair.<a>.<b>.rolling_friction above 0", "Ai et al. 2011"},
-    {"nonlinear_stiffness", "the laws hertz_mindlin, deresiewicz, power_law", "Hertz 1882"},
-    {"air_drag", "medium.drag_coefficient above 0; medium.drag = \"schiller_naumann\" for the curve of a smooth sphere", "Newton; Schiller & Naumann 1933"},
-    {"viscous_drag", "medium.viscous_drag above 0", "Stokes 1851"},
-    {"buoyancy", "medium.buoyancy above 0", "Archimedes"},
-    {"added_mass", "medium.added_mass_coefficient above 0", "Lamb, Hydrodynamics, § 92"},
-    {"magnus", "medium.magnus_coefficient other than 0", "Rubinow & Keller 1961"},
-    {"tabulated_force", "a table [force.<name>]", ""},
-    {"velocity_dependent_restitution", "the law deresiewicz", "Mindlin & Deresiewicz 1953"},
-};
-
 constexpr Entry shapes[] = {{"sphere", "species.<name>.diameter, or a size distribution", ""}};
 
 constexpr Entry mills[] = {{"tumbling", "A drum about its axis, with lifters and end walls or as a slice of an endless mill", ""},
@@ -49,9 +37,40 @@ void print_entries(std::span<const Entry> entries) {
   for (const Entry& e : entries) fmt::print("{}\n    {}{}\n", e.name, e.meaning, e.source[0] ? fmt::format(" ({})", e.source) : "");
 }
 
+// The keys that a line of the catalogue names: "pair.<a>.<b>.bridge_volume, .surface_tension", the further ones in brackets.
+std::vector<const Key*> keys_named(const std::string& line) {
+  std::vector<const Key*> keys;
+  std::string table;
+  std::size_t at = 0;
+  while (at < line.size()) {
+    const std::size_t from = line.find_first_not_of(" ,()", at);
+    if (from == line.npos) break;
+    at = std::min(line.find_first_of(" ,()", from), line.size());
+    std::string path = line.substr(from, at - from);
+    if (path[0] == '.') path = table + path;
+    table = path.substr(0, path.rfind('.'));
+    for (const Key& key : all_keys())
+      if (path == key.path) keys.push_back(&key);
+  }
+  return keys;
+}
+
+void print_effects() {
+  fmt::print("What a case can leave out and `quern diagnose` can find. Every effect is off unless a key turns it on.\n");
+  for (const EffectEntry& effect : all_effects()) {
+    fmt::print("\n{}\n", effect.name);
+    if (const EffectEquation one = equation_of(effect.name); !one.equation.empty()) fmt::print("  equation    {}\n              {}\n", one.equation, one.where);
+    fmt::print("  signature   {}\n  parted by   {}\n", effect.signature, effect.experiment);
+    if (effect.source[0]) fmt::print("  source      {}\n", effect.source);
+    for (const Key* key : keys_named(effect.keys)) fmt::print("{}", key_as_text(*key, key->path));
+  }
+  fmt::print("\nWhat is in no law goes in as a table: a force on the bodies, [force.<name>], or in their contacts, extra_force.\n");
+  fmt::print("{}\n{}", keys_as_text("force."), keys_as_text("pair.<a>.<b>.extra_force"));
+}
+
 int print_list(const ListWords& words) {
   if (words.what == "laws") print_entries(laws), fmt::print("\n{}", keys_as_text("pair."));
-  if (words.what == "effects") print_entries(effects);
+  if (words.what == "effects") print_effects();
   if (words.what == "shapes") print_entries(shapes), fmt::print("\n{}", keys_as_text("species."));
   if (words.what == "mills") print_entries(mills), fmt::print("\n{}", keys_as_text("mill."));
   if (words.what == "keys") fmt::print("{}", words.markdown ? case_reference() : keys_as_text());

@@ -1,5 +1,7 @@
 // What a chart shows, without how it is drawn.
 #pragma once
+#include <array>
+#include <optional>
 #include <string>
 #include <vector>
 #include "src/observe/table.hpp"
@@ -13,12 +15,14 @@ struct Curve {
   bool marks = false;                // a mark and a bar at each point; otherwise a line and a band
   bool joined = true;                // marks are joined by a thin line
   int like = -1;                     // coloured as the curve of this number; −1: by its own place
+  bool small = false;                // marks are dots
 };
 
 struct Panel {
   std::string x_label, y_label;
   bool log_x = false, log_y = false;
   std::vector<Curve> curves;
+  std::optional<std::array<double, 2>> marked = {};  // an interval of x that is pointed out; not on a log axis
 };
 
 struct Chart {

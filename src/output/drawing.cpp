@@ -46,6 +46,8 @@
 #include "bonds/fragments.hpp"
 #include "src/base/error.hpp"
 #include "src/base/whole_file.hpp"
+#include "src/output/axis_scale.hpp"
+#include "src/output/palette.hpp"
 #include "src/output/wall_facets.hpp"
 
 VTK_MODULE_INIT(vtkRenderingOpenGL2)
@@ -58,11 +60,7 @@ namespace {
 constexpr int width = 1200, height = 900;
 // Drawn so many times larger and then shrunk: smooth edges also of spheres, which multisampling does not reach.
 constexpr int finer = 2;
-using Colour = std::array<double, 3>;
 constexpr Colour ink{0.13, 0.13, 0.15}, steel{0.62, 0.64, 0.67};
-// Okabe & Ito 2008: told apart by every eye.
-constexpr std::array<Colour, 7> palette{{{0.00, 0.45, 0.70}, {0.84, 0.37, 0.00}, {0.00, 0.62, 0.45}, {0.80, 0.47, 0.65},
-                                         {0.34, 0.34, 0.36}, {0.90, 0.62, 0.00}, {0.34, 0.71, 0.91}}};
 
 // VTK's own Arial has no superscripts; DejaVu comes with Debian's fontconfig.
 constexpr const char *font_file = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf",
@@ -444,56 +442,7 @@ void fill(vtkDoubleArray* column, const char* name, const std::vector<double>& v
   for (const double value : values) column->InsertNextValue(value);
 }
 
-std::string superscript(int number) {
-  static constexpr std::array<const char*, 10> digits{"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
-  std::string out = number < 0 ? "⁻" : "";
-  for (const char c : std::to_string(std::abs(number))) out += digits[static_cast<std::size_t>(c - '0')];
-  return out;
-}
-
-struct Range {
-  double low = 1e300, high = -1e300;
-  void hold(double value) {
-    if (std::isfinite(value)) low = std::min(low, value), high = std::max(high, value);
-  }
-};
-
-// The interval that an axis shows and its ticks, all in its own measure (powers of ten on a log axis).
-struct Scale {
-  double from = 0, to = 1;
-  std::vector<double> ticks;
-  std::vector<std::string> labels;
-};
-
-// `range` in powers of ten.
-Scale log_scale(const Range& range) {
-  Scale scale;
-  if (!(range.low <= range.high)) return scale;
-  scale.from = std::floor(range.low + 1e-9);
-  scale.to = std::max(range.high, scale.from + 1);
-  const int every = std::max(1, static_cast<int>(scale.to - scale.from + 8) / 9);
-  for (int decade = static_cast<int>(scale.from); decade <= scale.to + 1e-9; ++decade) {
-    scale.ticks.push_back(decade);
-    const bool labelled = (decade - static_cast<int>(scale.from)) % every == 0;
-    scale.labels.push_back(!labelled ? "" : has_font() ? "10" + superscript(decade) : fmt::format("1e{}", decade));
-  }
-  return scale;
-}
-
-Scale linear_scale(const Range& range) {
-  if (!(range.low <= range.high)) return {};
-  const double span = range.high > range.low ? range.high - range.low : std::max(std::abs(range.high), 1.0);
-  const double raw = span / 7, decade = std::pow(10.0, std::floor(std::log10(raw)));
-  const double step = decade * (raw <= decade ? 1 : raw <= 2 * decade ? 2 : raw <= 2.5 * decade ? 2.5 : raw <= 5 * decade ? 5 : 10);
-  Scale scale{range.low, range.low + span, {}, {}};
-  for (double k = std::ceil(scale.from / step - 1e-9); k * step <= scale.to + 1e-9 * span; ++k) {
-    scale.ticks.push_back(k * step);
-    scale.labels.push_back(fmt::format("{:.6g}", k * step + 0.0));
-  }
-  return scale;
-}
-
-void dress(vtkAxis* axis, const Scale& scale) {
+void dress(vtkAxis* axis, const AxisScale& scale) {
   axis->SetTitle("");
   set_type(axis->GetLabelProperties(), 20);
   axis->GetPen()->SetWidth(1.5f * finer);
@@ -545,7 +494,7 @@ void add_band(vtkChartXY* chart, const std::vector<double>& x, const std::vector
 struct Shown {
   std::vector<double> x, y, low, high;
 };
-Shown shown(const Curve& curve, const Panel& panel, Range& x_range, Range& y_range) {
+Shown shown(const Curve& curve, const Panel& panel, Extent& x_range, Extent& y_range) {
   Shown out;
   const bool interval = curve.lower.size() == curve.y.size() && curve.upper.size() == curve.y.size();
   const auto measure = [](bool log, double value) { return log ? std::log10(value) : value; };
@@ -566,8 +515,8 @@ Shown shown(const Curve& curve, const Panel& panel, Range& x_range, Range& y_ran
 constexpr int legend_line = 26;  // [pixel]
 
 // On which side the legend hides less, and the y range with the room that it needs there.
-bool legend_goes_left(const std::vector<Shown>& curves, const Range& x_range, Range& y_range, double legend_share) {
-  Range left, right;
+bool legend_goes_left(const std::vector<Shown>& curves, const Extent& x_range, Extent& y_range, double legend_share) {
+  Extent left, right;
   for (const Shown& c : curves) {
     for (std::size_t k = 0; k < c.x.size(); ++k) {
       const double at = (c.x[k] - x_range.low) / (x_range.high - x_range.low), y = c.high.empty() ? c.y[k] : c.high[k];
@@ -587,7 +536,7 @@ const Colour& colour_of(const Panel& panel, std::size_t curve) {
 }
 
 void fill_panel(vtkChartXY* chart, const Panel& panel, double tall) {
-  Range x_range, y_range;
+  Extent x_range, y_range;
   std::vector<Shown> curves;
   for (const Curve& curve : panel.curves) curves.push_back(shown(curve, panel, x_range, y_range));
   if (panel.log_y) {
@@ -597,6 +546,11 @@ void fill_panel(vtkChartXY* chart, const Panel& panel, double tall) {
     const double room = 0.03 * (y_range.high - y_range.low);
     if (y_range.low != 0) y_range.low -= room;
     y_range.high += room;
+  }
+  if (panel.marked && !panel.log_x && y_range.low < y_range.high) {
+    // From far below to far above: the legend may still ask for room.
+    const double beyond = 10 * (y_range.high - y_range.low), low = y_range.low - beyond, high = y_range.high + beyond;
+    add_band(chart, {(*panel.marked)[0], (*panel.marked)[1]}, {low, low}, {high, high}, palette[5]);
   }
   for (std::size_t k = 0; k < curves.size(); ++k) {
     const Shown& c = curves[k];
@@ -617,15 +571,15 @@ void fill_panel(vtkChartXY* chart, const Panel& panel, double tall) {
     if (panel.curves[k].marks && !panel.curves[k].joined) line->GetPen()->SetLineType(vtkPen::NO_PEN);
     if (auto* points = vtkPlotPoints::SafeDownCast(line); points && panel.curves[k].marks) {
       points->SetMarkerStyle(vtkPlotPoints::CIRCLE);
-      points->SetMarkerSize(8.0f * finer);
+      points->SetMarkerSize((panel.curves[k].small ? 3.5f : 8.0f) * finer);
     }
   }
   const auto named = std::count_if(panel.curves.begin(), panel.curves.end(), [](const Curve& curve) { return !curve.name.empty(); });
   const bool legend = named > 1 && x_range.low < x_range.high;
   const double share = (legend_line * static_cast<double>(named) + 16) / tall;
   const bool left = legend && legend_goes_left(curves, x_range, y_range, share);
-  dress(chart->GetAxis(vtkAxis::BOTTOM), panel.log_x ? log_scale(x_range) : linear_scale(x_range));
-  dress(chart->GetAxis(vtkAxis::LEFT), panel.log_y ? log_scale(y_range) : linear_scale(y_range));
+  dress(chart->GetAxis(vtkAxis::BOTTOM), panel.log_x ? log_scale(x_range, has_font()) : linear_scale(x_range));
+  dress(chart->GetAxis(vtkAxis::LEFT), panel.log_y ? log_scale(y_range, has_font()) : linear_scale(y_range));
   if (!legend) return;
   chart->SetShowLegend(true);
   set_type(chart->GetLegend()->GetLabelProperties(), 20);

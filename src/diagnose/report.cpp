@@ -1,0 +1,393 @@
+#include "src/diagnose/report.hpp"
+#include <fmt/format.h>
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include "src/base/whole_file.hpp"
+#include "src/diagnose/equations.hpp"
+#include "src/diagnose/shown.hpp"
+#include "src/output/axis_scale.hpp"
+#include "src/output/pictures.hpp"
+#include "src/output/svg_chart.hpp"
+
+namespace quern {
+namespace {
+
+constexpr const char* style = R"(
+:root{--accent:#0072b2}
+*{box-sizing:border-box}
+body{font:16px/1.5 system-ui,-apple-system,"Segoe UI",Roboto,"DejaVu Sans",sans-serif;color:#222226;background:#fff;max-width:62rem;margin:0 auto;padding:1rem 1.1rem 3rem}
+h1{font-size:1.05rem;font-weight:600;color:#63636a;margin:.2rem 0 .8rem}
+h2{font-size:1.2rem;margin:2.2rem 0 .5rem}
+p{margin:.5rem 0;max-width:46rem}
+.verdict{border-left:.4rem solid var(--accent);background:#f6f6f7;padding:.9rem 1.1rem;border-radius:.2rem}
+.verdict strong{display:block;font-size:1.45rem;line-height:1.25;font-weight:650;margin-bottom:.4rem}
+.numbers{display:flex;flex-wrap:wrap;gap:.4rem 2rem;margin:.7rem 0 0}
+.numbers div{min-width:7rem}
+.numbers b{display:block;font-size:1.25rem;font-weight:600;font-variant-numeric:tabular-nums}
+.numbers span,.note,figcaption{font-size:.85rem;color:#55555c}
+ul{margin:.6rem 0;padding-left:1.2rem;max-width:46rem}
+.runs{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,19rem),1fr));gap:1.2rem;margin:1rem 0}
+.runs.one{max-width:34rem}
+figure{margin:0;break-inside:avoid}
+figcaption{margin-bottom:.3rem}
+figcaption b{color:#222226}
+svg{width:100%;height:auto;display:block;font-family:inherit}
+.wide{overflow-x:auto}
+table{border-collapse:collapse;font-size:.92rem;margin:.6rem 0;font-variant-numeric:tabular-nums}
+th{text-align:left;font-weight:600;border-bottom:1.5px solid #222226;padding:.25rem .8rem .25rem 0;vertical-align:bottom}
+td{border-bottom:1px solid #e2e2e5;padding:.25rem .8rem .25rem 0;vertical-align:top}
+td.n,th.n{text-align:right;white-space:nowrap}
+tr.chosen td{font-weight:600;background:#f6f6f7}
+td .note{display:block}
+code{font-family:ui-monospace,"DejaVu Sans Mono",monospace;font-size:.88em;overflow-wrap:anywhere}
+.equation{font-size:1.15rem;margin:.3rem 0 .1rem}
+@media print{body{font-size:10.5pt;max-width:none;padding:0}.runs{grid-template-columns:1fr 1fr}h2{break-after:avoid}table{break-inside:avoid}.verdict{background:none}tr.chosen td{background:none}}
+)";
+
+std::string e(std::string_view text) { return escaped_html(text); }
+std::string code(std::string_view text) { return fmt::format("<code>{}</code>", e(text)); }
+std::string paragraph(const std::string& html) { return fmt::format("<p>{}</p>\n", html); }
+
+// "air_drag" → "air drag".
+std::string words_of(std::string name) {
+  std::replace(name.begin(), name.end(), '_', ' ');
+  return name;
+}
+
+std::string joined(const std::vector<std::string>& names, const char* between = ", ", const char* last = " and ") {
+  std::string text;
+  for (std::size_t k = 0; k < names.size(); ++k) text += (k == 0 ? "" : k + 1 == names.size() ? last : between) + words_of(names[k]);
+  return text;
+}
+
+// Three to four digits; powers of ten as people write them.
+std::string brief(double x, int digits = 4) {
+  if (!std::isfinite(x)) return "–";
+  std::string text = fmt::format("{:.{}g}", x, digits);
+  const auto at = text.find('e');
+  if (at != text.npos) text = text.substr(0, at) + "·10" + superscript(std::stoi(text.substr(at + 1)));
+  if (text[0] == '-') text = "−" + text.substr(1);
+  return text;
+}
+
+std::string with_unit(const std::string& number, const std::string& unit) {
+  const std::string spoken = spoken_unit(unit);
+  return spoken.empty() ? number : number + " " + spoken;
+}
+
+// As many digits as the interval deserves.
+std::string measured(double value, double deviation) {
+  if (!(deviation > 0) || value == 0) return brief(value);
+  return brief(value, std::clamp(static_cast<int>(std::floor(std::log10(std::abs(value))) - std::floor(std::log10(2 * deviation))) + 2, 2, 6));
+}
+
+std::string chance(double p) { return p < 1e-6 ? "below " + brief(1e-6, 1) : brief(p, 2); }
+std::string percent(double part) { return part > 0 && part < 0.001 ? "&lt; 0.1 %" : fmt::format("{:.{}f} %", 100 * part, part < 0.1 && part > 0 ? 1 : 0); }
+std::string ratio(double x) { return brief(x, 3); }
+
+bool of_instrument(const std::vector<std::string>& effects) {
+  static const std::set<std::string> all = {"sensor_offset", "sensor_gain", "sensor_lag", "clock_shift", "saturation"};
+  return !effects.empty() && std::all_of(effects.begin(), effects.end(), [](const std::string& name) { return all.count(name) > 0; });
+}
+
+// A key of an effect in the units that it has here: those of instruments are in their channel's.
+std::string unit_of_key(const std::string& key, const std::string& unit) {
+  const Path path = split_path(key);
+  if (path.size() == 3 && path[0] == "instrument" && (path[2] == "offset" || path[2] == "saturation")) return unit_of_channel(path[1]);
+  return unit;
+}
+
+class Page {
+ public:
+  Page(const Experiment& experiment, const Diagnosis& d, ThreadTeam& team) : experiment_(experiment), d_(d), sides_(side_by_side(experiment, d, team)), runs_(telling_runs(experiment, d, sides_)) {
+    misfits_ = misfit_by_run(experiment, sides_, team);
+    before_ = d.train.before, after_ = d.train.after;
+    const Comparison comparison(experiment, team);
+    if (!sides_.one) {
+      before_ = comparison.misfit(sides_.train_before, sides_.noise), after_ = comparison.misfit(sides_.train_after, sides_.noise);
+      if (d.sealed) sealed_ = Before{comparison.misfit(sides_.sealed_before, sides_.noise), comparison.misfit(sides_.sealed_after, sides_.noise)};
+    } else {
+      sealed_ = d.sealed;
+    }
+  }
+
+  std::string html() const {
+    const char* accent = d_.verdict == Verdict::nothing_missing ? "#009e73" : d_.verdict == Verdict::parameters_only ? "#0072b2" : d_.verdict == Verdict::omitted_physics ? "#d55e00" : d_.verdict == Verdict::unexplained ? "#cc79a7" : "#56565c";
+    const std::string title = experiment_.base().has("title") ? experiment_.base().text("title") : experiment_.base().text("name");
+    return fmt::format("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n<title>{0}</title>\n"
+                       "<style>{1}:root{{--accent:{2}}}</style></head><body>\n<h1>{0}</h1>\n{3}{4}{5}{6}{7}{8}{9}</body></html>\n",
+                       e(title), style, accent, verdict(), where(), what(), rivals(), better(), detectable(), method());
+  }
+
+  const std::vector<RunChart>& runs() const { return runs_; }
+
+ private:
+  bool named() const { return d_.verdict == Verdict::omitted_physics; }
+
+  std::string sentence() const {
+    switch (d_.verdict) {
+      case Verdict::nothing_missing: return "Nothing is missing: the case explains these recordings down to their noise.";
+      case Verdict::parameters_only: return "No physics is missing. Numbers of the case were off; calibrated, it explains these recordings.";
+      case Verdict::unexplained: return "Something is missing, and no effect of the catalogue accounts for it.";
+      case Verdict::insufficient_data: return "These recordings cannot tell.";
+      case Verdict::omitted_physics: break;
+    }
+    std::string text = joined(d_.effects);
+    text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+    if (of_instrument(d_.effects)) return fmt::format("The instrument, not the physics: {}.", joined(d_.effects));
+    return fmt::format("{} {} missing from the case.", text, d_.effects.size() > 1 ? "are" : "is");
+  }
+
+  std::string verdict() const {
+    std::string text = fmt::format("<div class=\"verdict\"><strong>{}</strong>", e(sentence()));
+    if (!d_.indistinguishable.empty()) text += fmt::format("These recordings cannot tell it from {}.", e(joined(d_.indistinguishable, ", ", " or ")));
+    std::string numbers;
+    const auto number = [&](const std::string& value, const std::string& meaning) { numbers += fmt::format("<div><b>{}</b><span>{}</span></div>", value, meaning); };
+    number(percent(d_.confidence), "confidence in this verdict");
+    if (sides_.one) {
+      number(ratio(after_), "misfit over noise");
+      if (sealed_) number(ratio(sealed_->after), "on sealed recordings");
+    } else {
+      number(ratio(before_) + " → " + ratio(after_), "misfit over noise");
+      if (sealed_) number(ratio(sealed_->before) + " → " + ratio(sealed_->after), "on sealed recordings");
+    }
+    if (sealed_ && !sides_.one)
+      if (const double excess = sealed_->before * sealed_->before - 1; excess > 0.02)
+        number(percent(std::max(0.0, 1 - std::max(0.0, sealed_->after * sealed_->after - 1) / excess)), "of the excess error there is gone");
+    text += fmt::format("<div class=\"numbers\">{}</div></div>\n", numbers);
+    std::vector<std::string> remarks = d_.remarks;
+    remarks.insert(remarks.end(), experiment_.recording().remarks.begin(), experiment_.recording().remarks.end());
+    if (!remarks.empty()) {
+      text += "<ul>";
+      for (const std::string& one : remarks) text += fmt::format("<li>{}</li>", e(words_with_codes(one)));
+      text += "</ul>\n";
+    }
+    return text;
+  }
+
+  // Names of effects within a sentence, as words.
+  static std::string words_with_codes(const std::string& sentence) {
+    std::string text = sentence;
+    for (const EffectEntry& entry : all_effects()) {
+      const std::string name = entry.name;
+      if (name.find('_') == name.npos) continue;
+      for (auto at = text.find(name); at != text.npos; at = text.find(name, at)) text.replace(at, name.size(), words_of(name));
+    }
+    return text;
+  }
+
+  std::string where() const {
+    std::string text = "<h2>Where</h2>\n";
+    const Location& w = d_.where;
+    if (!w.channel.empty()) {
+      const std::string channel = w.channel == "impact" ? "the instants of impact" : code(w.channel);
+      std::string at = w.variable == "impact" ? fmt::format("from impact {:.0f} to {:.0f}", w.from, w.to) : fmt::format("from t = {} to {} {}", brief(w.from), brief(w.to), e(spoken_unit(w.unit)));
+      if (!w.phase.empty()) at += w.phase == "flight" ? ", in flight" : w.phase == "after contact" ? ", after the contact" : ", while " + w.phase;
+      at += w.run.empty() ? ", not in one run alone" : fmt::format(", in run {}", e(w.run));
+      text += paragraph(fmt::format("In {}, {}: nine tenths of what the better simulation changes lie there. The recording lies mostly {} the calibrated case. Noise alone would differ as much with a "
+                                    "probability of {}.", channel, at, e(w.sign), chance(w.p_value)));
+    } else if (d_.verdict == Verdict::nothing_missing || d_.verdict == Verdict::parameters_only) {
+      text += paragraph(fmt::format("Nowhere{}. Of all the shapes looked for in what is left, the strongest is one that noise makes with a probability of {}.",
+                                    d_.verdict == Verdict::parameters_only ? ", once it is calibrated" : "", chance(d_.adequacy_p)));
+    } else if (d_.verdict == Verdict::unexplained) {
+      text += paragraph(fmt::format("Something is left that noise makes with a probability of {}; no better simulation was found that would tell where.", chance(d_.adequacy_p)));
+    }
+    if (runs_.empty()) return text;
+    text += fmt::format("<div class=\"runs{}\">\n", runs_.size() == 1 ? " one" : "");
+    for (const RunChart& run : runs_)
+      text += fmt::format("<figure><figcaption><b>Run {}</b>, {}</figcaption>{}</figure>\n", e(run.run), e(run.why), svg_of(run.chart));
+    return text + "</div>\n";
+  }
+
+  std::string what() const {
+    std::string text;
+    if (named()) {
+      text += "<h2>What</h2>\n";
+      for (std::size_t k = 0; k < d_.effects.size(); ++k) {
+        const std::string& name = d_.effects[k];
+        std::vector<std::string> keys;
+        for (const Estimate& one : d_.parameters)
+          if (one.of_effect) keys.push_back(one.key);
+        EffectEquation equation = equation_of(name, keys);
+        if (equation.equation.empty()) equation = equation_of(name);
+        const EffectEntry* entry = find_effect(name);
+        text += paragraph(fmt::format("<b>{}</b>{}", e(words_of(name)), k == 0 && !d_.form.empty() ? ": " + e(d_.form) : ""));
+        if (!equation.equation.empty()) text += fmt::format("<p class=\"equation\">{}</p><p class=\"note\">{}</p>\n", e(equation.equation), e(equation.where));
+        if (entry != nullptr) text += paragraph(fmt::format("Its mark: {}.{}", e(entry->signature), entry->source[0] ? fmt::format(" <span class=\"note\">({})</span>", e(entry->source)) : ""));
+      }
+    } else if (d_.verdict == Verdict::unexplained) {
+      text += "<h2>What</h2>\n";
+      if (const std::optional<Chart> curve = learnt_force(d_)) {
+        text += paragraph(fmt::format("The force that is missing, learnt from the recordings: {}. It is a description, not an explanation; <code>amended.toml</code> carries it as a tabulated force.", e(d_.signature)));
+        text += fmt::format("<div class=\"runs one\"><figure><figcaption><b>Learnt force</b> and its 95 % band, straight between the points, level beyond</figcaption>{}</figure></div>\n", svg_of(*curve));
+      } else {
+        text += paragraph("No single force as a function of the state that was tried does better than the calibrated case.");
+      }
+    }
+    return text + parameters();
+  }
+
+  std::string parameters() const {
+    std::string rows;
+    for (const Estimate& one : d_.parameters) {
+      if (one.key.ends_with("]")) continue;  // knots of a curve
+      const Path path = path_of(one.key);
+      const Key* key = find_key(path);
+      const std::string unit = unit_of_key(one.key, one.unit);
+      std::string was = "–";
+      if (one.nominal) was = with_unit(brief(*one.nominal), unit);
+      else if (one.of_effect) was = "not there";
+      const bool known = std::isfinite(one.deviation) && one.deviation > 0;
+      rows += fmt::format("<tr{}><td>{}<span class=\"note\">{}</span></td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td></tr>\n", one.of_effect ? " class=\"chosen\"" : "", code(one.key),
+                          key != nullptr ? e(key->meaning) : "", e(with_unit(measured(one.value, one.deviation), unit)),
+                          known ? fmt::format("{} … {}", measured(one.interval()[0], one.deviation), measured(one.interval()[1], one.deviation)) : "not known", e(was));
+    }
+    if (rows.empty()) return d_.verdict == Verdict::omitted_physics || d_.verdict == Verdict::unexplained ? "" : paragraph("The case frees no number to be calibrated.");
+    const std::string head = named() || d_.verdict == Verdict::unexplained ? "" : "<h2>What was calibrated</h2>\n";
+    return fmt::format("{}<div class=\"wide\"><table><tr><th>key of the case</th><th class=\"n\">value</th><th class=\"n\">95 % interval</th><th class=\"n\">the case</th></tr>\n{}</table></div>\n", head, rows);
+  }
+
+  // Without the component of a vector.
+  static Path path_of(const std::string& key) {
+    Path path = split_path(key);
+    if (find_key(path) == nullptr && path.size() > 1) path.pop_back();
+    return path;
+  }
+
+  std::string rivals() const {
+    if (d_.ranking.empty()) return "";
+    std::string text = fmt::format("<h2>{}</h2>\n", named() ? "Why this and not that" : "What was tried");
+    std::string rows;
+    double sum = 0;
+    for (const Tried& t : d_.ranking) sum += t.probability;
+    bool base_shown = false;
+    const double base_probability = std::max(0.0, 1 - sum);
+    const auto base = [&] {
+      base_shown = true;
+      rows += fmt::format("<tr><td>nothing more</td><td>the calibrated case</td><td class=\"n\">{}</td><td class=\"n\">0</td><td class=\"n\">–</td></tr>\n", percent(base_probability));
+    };
+    std::size_t shown = 0;
+    constexpr std::size_t most = 12;
+    for (const Tried& t : d_.ranking) {
+      if (!base_shown && base_probability >= t.probability) base();
+      if (++shown > most) continue;
+      const bool chosen = named() && t.effects == d_.effects && t.candidate.form == d_.form;
+      std::string form = t.candidate.free_form ? "a learnt force " + t.candidate.form : t.candidate.form;
+      if (t.candidate.rival) form += fmt::format("{}no effect; held against it", form.empty() ? "" : "; ");
+      rows += fmt::format("<tr{}><td>{}</td><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td></tr>\n", chosen ? " class=\"chosen\"" : "",
+                          t.candidate.free_form ? "unknown" : e(joined(t.effects, " + ", " + ")), form.empty() ? "–" : e(form), percent(t.probability), brief(t.bic, std::abs(t.bic) < 1e4 ? 4 : 3),
+                          t.held_out > 0 ? ratio(t.held_out) : "–");
+    }
+    if (!base_shown) base();
+    text += fmt::format("<div class=\"wide\"><table><tr><th>effect</th><th>form</th><th class=\"n\">probability</th><th class=\"n\">BIC difference</th><th class=\"n\">held-out<br>misfit</th></tr>\n{}</table></div>\n", rows);
+    if (d_.ranking.size() > most) text += fmt::format("<p class=\"note\">{} less probable ones are in <code>diagnosis.json</code>.</p>\n", d_.ranking.size() - most);
+    text += "<p class=\"note\">Each was fitted with every free number of the case fitted again. BIC difference: to the calibrated case; below zero is better, by more than its further numbers cost. Held-out misfit: "
+            "RMS of residual over noise on runs that this fit did not see.</p>\n";
+    if (!d_.indistinguishable.empty()) text += paragraph(fmt::format("<b>Look-alikes.</b> {}: their probability is within a factor of twenty of the verdict's.", e(joined(d_.indistinguishable))));
+    if (!d_.advice.empty()) text += paragraph(fmt::format("<b>What would settle it.</b> {}", e(words_with_codes(d_.advice))));
+    else if (named())
+      if (const EffectEntry* entry = find_effect(d_.effects.front())) text += paragraph(fmt::format("<b>What would test it.</b> {}{}.", static_cast<char>(std::toupper(static_cast<unsigned char>(entry->experiment[0]))), e(entry->experiment + 1)));
+    return text;
+  }
+
+  std::string better() const {
+    if (misfits_.empty() || !std::isfinite(after_)) return "";
+    std::string text = fmt::format("<h2>{}</h2>\n", sides_.one ? "How well it fits, run by run" : "How much better, and on what it has not seen");
+    if (sealed_) {
+      if (!sides_.one) {
+        text += paragraph(fmt::format("{} sealed {} took no part in fitting or choosing. There the misfit goes from {} to {} times the noise ({}; {}).", d_.sealed_runs.size(), d_.sealed_runs.size() == 1 ? "run" : "runs", ratio(sealed_->before),
+                                      ratio(sealed_->after), e(sides_.before_name), e(sides_.after_name)));
+      }
+    } else {
+      text += paragraph("No runs were sealed: with fewer than four there are none to spare. What is shown was fitted.");
+    }
+    std::vector<RunMisfit> order = misfits_;
+    std::erase_if(order, [](const RunMisfit& one) { return !std::isfinite(one.before) || !std::isfinite(one.after); });
+    constexpr std::size_t most = 40;
+    const bool all = order.size() <= most;
+    if (!all) {
+      std::stable_sort(order.begin(), order.end(), [](const RunMisfit& a, const RunMisfit& b) { return a.before > b.before; });
+      order.resize(most);
+    }
+    std::vector<BeforeAfter> rows;
+    bool any_sealed = false;
+    for (const bool sealed : {false, true})
+      for (const RunMisfit& one : order)
+        if (one.sealed == sealed) rows.push_back({one.run.size() > 24 ? one.run.substr(0, 23) + "…" : one.run, one.before, one.after, sealed}), any_sealed |= sealed;
+    text += fmt::format("<div class=\"runs one\"><figure><figcaption>{}{}{}</figcaption>{}</figure></div>\n", sides_.one ? "Dot: misfit of each run" : fmt::format("Ring: {}. Dot: {}", e(sides_.before_name), e(sides_.after_name)),
+                        any_sealed ? ". Orange: sealed" : "", all ? "" : fmt::format(". The {} of {} runs that fitted worst before", most, misfits_.size()),
+                        svg_of(rows, "RMS of residual over noise; 1: nothing but noise", 1));
+    return text;
+  }
+
+  std::string detectable() const {
+    std::string rows;
+    std::vector<Detectable> all = d_.detectable;
+    std::sort(all.begin(), all.end(), [](const Detectable& a, const Detectable& b) { return a.effect < b.effect; });
+    for (const Detectable& one : all) {
+      if (!std::isfinite(one.strength) || one.strength > 1e12) continue;
+      rows += fmt::format("<tr><td>{}</td><td>{}</td><td class=\"n\">{}</td></tr>\n", e(words_of(one.effect)), code(one.key), e(with_unit(brief(one.strength, 2), unit_of_key(one.key, one.unit))));
+    }
+    if (rows.empty()) return "";
+    return "<h2>What could have been seen</h2>\n" +
+           paragraph("The least change of each key, from where it does nothing, that these recordings would have shown in four of five cases, beside everything that is calibrated. Weaker effects may be there.") +
+           fmt::format("<div class=\"wide\"><table><tr><th>effect</th><th>key</th><th class=\"n\">least change</th></tr>\n{}</table></div>\n", rows);
+  }
+
+  std::string method() const {
+    std::string text = "<h2>How it was compared</h2>\n";
+    const auto runs = [](const std::vector<std::string>& labels) {
+      if (labels.empty()) return std::string("none");
+      constexpr std::size_t most = 12;
+      std::string list;
+      for (std::size_t k = 0; k < std::min(most, labels.size()); ++k) list += (k ? ", " : "") + labels[k];
+      return fmt::format("{}{}", e(list), labels.size() > most ? fmt::format(" and {} more", labels.size() - most) : "");
+    };
+    text += fmt::format("<ul><li>Fitted: {} ({}).</li><li>For choosing: {} ({}).</li><li>Sealed to the end: {} ({}).</li>", d_.fit_runs.size(), runs(d_.fit_runs), d_.select_runs.size(), runs(d_.select_runs),
+                        d_.sealed_runs.size(), runs(d_.sealed_runs));
+    text += fmt::format("<li>Whether noise explains what is left: p = {} with the calibrated case{}.</li>", chance(d_.adequacy_p), named() ? fmt::format(", {} with what was found", chance(d_.remaining_p)) : "");
+    text += fmt::format("<li>Time step {}; half of it moves all samples together by {} standard deviations of the noise.</li></ul>\n", e(with_unit(brief(d_.steps.time_step, 3), "s")), brief(d_.numerical_error, 2));
+    std::string rows;
+    std::set<Channel> channels;
+    bool recorded_deviations = false;
+    for (const RecordedRun& run : experiment_.recording().runs)
+      for (const Series& series : run.series) channels.insert(series.channel), recorded_deviations |= !series.deviation.empty();
+    for (const Channel channel : channels) {
+      const ChannelNoise& noise = d_.best.noise[static_cast<std::size_t>(channel)];
+      rows += fmt::format("<tr><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td></tr>\n", code(name_of(channel)),
+                          e(recorded_deviations ? brief(noise.deviation, 3) + " × recorded" : with_unit(brief(noise.deviation, 3), unit_of(channel))), noise.correlation > 0 ? brief(noise.correlation, 2) : "0",
+                          noise.tail > 1e6 ? "normal" : fmt::format("t, ν = {}", brief(noise.tail, 2)));
+    }
+    text += fmt::format("<div class=\"wide\"><table><tr><th>noise of</th><th class=\"n\">standard deviation</th><th class=\"n\">correlation of<br>neighbours</th><th class=\"n\">tails</th></tr>\n{}</table></div>\n", rows);
+    std::vector<std::string> files;
+    for (const std::string& file : experiment_.recording().files) files.push_back(code(file));
+    text += paragraph(fmt::format("Case {}, {} {}. Beside this page: <code>diagnosis.json</code>, <code>amended.toml</code> (runs with <code>quern run</code>), <code>residuals.csv</code> (every sample), "
+                                  "<code>fits.csv</code> (every fit), <code>diagnosis.png</code>.", code(experiment_.base().file), files.size() == 1 ? "recording" : "recordings", fmt::format("{}", fmt::join(files, ", "))));
+    return text;
+  }
+
+  const Experiment& experiment_;
+  const Diagnosis& d_;
+  SideBySide sides_;
+  std::vector<RunChart> runs_;
+  std::vector<RunMisfit> misfits_;
+  double before_ = 0, after_ = 0;
+  std::optional<Before> sealed_;
+};
+
+}  // namespace
+
+std::vector<std::string> write_report(const Experiment& given, const Diagnosis& d, ThreadTeam& team, const std::string& directory) {
+  Experiment experiment = given;
+  experiment.steps = d.steps;  // that the diagnosis came to
+  const Page page(experiment, d, team);
+  write_whole_file(directory + "/report.html", page.html());
+  if (page.runs().empty()) return {};
+  PictureRequest request;
+  request.directory = directory;
+  request.charts = {page.runs().front().chart};
+  return draw_pictures(request).remarks;
+}
+
+}  // namespace quern
