@@ -516,7 +516,10 @@ Noise Comparison::settled_noise(const Fit& fit, const std::vector<std::vector<Ve
     }
   }
   // The residual as those columns leave it, to begin with as if the noise were white: what is slow is theirs first.
-  for (ChannelNoise& one : wide.noise) one.correlation = 0, one.white = 0, one.jitter = 0, one.tail = std::min(one.tail, 8.0);
+  for (const std::size_t c : channels_of(experiment_->recording())) {
+    ChannelNoise& one = wide.noise[c];
+    one.correlation = 0, one.white = 0, one.jitter = 0, one.tail = std::min(one.tail, 8.0);
+  }
   for (int round = 0; round < 2; ++round) {
     Fit left = wide;
     Row total = 0;

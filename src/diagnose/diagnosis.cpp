@@ -667,7 +667,20 @@ class Investigation {
     return nullptr;
   }
 
+  // The noise is known better about the best explanation than about the baseline: is the baseline still refuted?
+  bool still_refuted() {
+    Residuals residuals(comparison_, d_.baseline, numerical_);
+    for (const Direction& direction : directions_) residuals.score(direction);
+    for (const Direction& direction : plain_directions(d_.baseline)) residuals.score(direction);
+    d_.adequacy_p = residuals.family_p(options_.seed);
+    return d_.adequacy_p <= family_level;
+  }
+
   void choose() {
+    if (!still_refuted()) {
+      d_.best = d_.baseline;
+      return nothing_more();
+    }
     if (d_.ranking.empty()) return unexplained(nullptr);
     const Tried* named = best_named();
     if (named == nullptr) return unexplained(best_free());
