@@ -54,8 +54,9 @@ void print_laws(const Built& built) {
   const Simulation& s = built.simulation;
   for (std::size_t a = 0; a < s.materials.size(); ++a) {
     for (std::size_t b = a; b < s.materials.size(); ++b) {
-      if (s.pair_laws.empty()) return;
-      const PairLaw& pair = s.pair_laws[s.pair_kind[a * s.materials.size() + b]];
+      const std::uint8_t kind = s.pair_kind[a * s.materials.size() + b];
+      if (kind == no_law) continue;
+      const PairLaw& pair = s.pair_laws[kind];
       const char* name = std::visit([](const auto& law) { return law.name; }, pair.law);
       fmt::print("Contact     {}–{}: {}, {}\n", s.materials[a].name, s.materials[b].name, name,
                  pair.rolling.model == RollingModel::none ? "no rolling resistance" : fmt::format("rolling resistance {}", pair.rolling.coefficient));

@@ -74,9 +74,9 @@ Alteration Comparison::alteration_of(const Fit& fit) const {
   return altered;
 }
 
-bool Comparison::predict(std::size_t run, const Alteration& altered, const std::vector<double>& unknowns, VectorXd& rest) const {
+bool Comparison::predict(std::size_t run, const Alteration& altered, const std::vector<double>& unknowns, double horizon, VectorXd& rest) const {
   const RecordedRun& recorded = experiment_->recording().runs[run];
-  const Experiment::Prediction predicted = experiment_->predict(run, altered, unknowns);
+  const Experiment::Prediction predicted = experiment_->predict(run, altered, unknowns, horizon);
   rest.resize(static_cast<Row>(samples_of(recorded)));
   Row row = 0;
   for (std::size_t s = 0; s < predicted.size(); ++s)
@@ -84,18 +84,26 @@ bool Comparison::predict(std::size_t run, const Alteration& altered, const std::
   return rest.allFinite();
 }
 
-Whitened Comparison::whitened(std::size_t run, const RunLinear& linear, const Noise& noise) const {
+Whitened Comparison::whitened(std::size_t run, const RunLinear& linear, const Noise& noise, double horizon) const {
   Whitened w{linear.rest, linear.unknowns, linear.shared, 0};
+  const RecordedRun& recorded = experiment_->recording().runs[run];
+  const double end = horizon >= 1 ? infinite : recorded.first_time() + horizon * (recorded.last_time() - recorded.first_time());
   Row row = 0;
-  for (const Series& series : experiment_->recording().runs[run].series) {
+  for (const Series& series : recorded.series) {
     const auto n = static_cast<Row>(series.value.size());
     const ChannelNoise& own = noise[static_cast<std::size_t>(series.channel)];
     const Whitening whitening = whitening_of(series, own);
     whiten(whitening, w.rest.segment(row, n));
     if (w.unknowns.cols() > 0) whiten(whitening, w.unknowns.middleRows(row, n));
     if (w.shared.cols() > 0) whiten(whitening, w.shared.middleRows(row, n));
-    w.log_density -= whitening.log_scale;
+    if (horizon >= 1) w.log_density -= whitening.log_scale;
     for (Row i = row; i < row + n; ++i) {
+      const auto k = static_cast<std::size_t>(i - row);
+      if ((series.channel == Channel::impact ? series.value[k] : series.t[k]) > end) {
+        w.rest[i] = 0;
+        w.unknowns.row(i).setZero(), w.shared.row(i).setZero();
+        continue;
+      }
       const double u = w.rest[i], root = std::sqrt(weight_of(u, own.tail));
       w.log_density += log_density(u, own.tail);
       w.rest[i] *= root;
@@ -107,12 +115,12 @@ Whitened Comparison::whitened(std::size_t run, const RunLinear& linear, const No
   return w;
 }
 
-double Comparison::log_likelihood(const Fit& fit) const {
+double Comparison::log_likelihood(const Fit& fit, const Noise& noise) const {
   double sum = 0;
   for (std::size_t k = 0; k < fit.runs.size(); ++k) {
     const RunLinear bare{fit.linear[k].rest, MatrixXd(fit.linear[k].rest.size(), 0), MatrixXd(fit.linear[k].rest.size(), 0)};
     if (!bare.rest.allFinite()) return -infinite;
-    sum += whitened(fit.runs[k], bare, fit.noise).log_density;
+    sum += whitened(fit.runs[k], bare, noise, fit.horizon).log_density;
   }
   return sum;
 }
@@ -120,7 +128,7 @@ double Comparison::log_likelihood(const Fit& fit) const {
 // The likelihood less ½ ln det of the information on the unknowns and the common parameters.
 double Comparison::restricted(const Fit& fit, const Noise& noise, std::size_t common) const {
   double sum = 0;
-  const auto k = static_cast<Row>(common);
+  const Row k = std::min(static_cast<Row>(common), fit.linear.front().shared.cols());
   MatrixXd information = MatrixXd::Zero(k, k);
   for (std::size_t r = 0; r < fit.runs.size(); ++r) {
     Whitened w = whitened(fit.runs[r], fit.linear[r], noise);
@@ -142,7 +150,7 @@ void Comparison::linearize(Fit& fit) const {
     RunLinear& linear = fit.linear[static_cast<std::size_t>(place)];
     Alteration altered = alteration_of(fit);
     std::vector<double> own = fit.unknowns[run];
-    if (!predict(run, altered, own, linear.rest)) linear.rest.setConstant(infinite);
+    if (!predict(run, altered, own, fit.horizon, linear.rest)) linear.rest.setConstant(infinite);
     const std::vector<Unknown>& unknowns = experiment_->unknowns(run);
     linear.unknowns.setZero(linear.rest.size(), static_cast<Row>(unknowns.size()));
     linear.shared.setZero(linear.rest.size(), static_cast<Row>(fit.moved.size()));
@@ -151,7 +159,7 @@ void Comparison::linearize(Fit& fit) const {
     const auto slope = [&](double& number, double step, double scale, Eigen::Ref<VectorXd> column) {
       const double here = number;
       number = here + step;
-      if (predict(run, altered, own, there)) column = (linear.rest - there) * (scale / step);
+      if (predict(run, altered, own, fit.horizon, there)) column = (linear.rest - there) * (scale / step);
       number = here;
     };
     for (std::size_t k = 0; k < unknowns.size(); ++k) slope(own[k], 0.1 * unknowns[k].scale, unknowns[k].scale, linear.unknowns.col(static_cast<Row>(k)));
@@ -168,8 +176,9 @@ void Comparison::linearize(Fit& fit) const {
 void Comparison::estimate_noise(Fit& fit, const FitOptions& options) const {
   const Recording& recording = experiment_->recording();
   // How many samples each estimated number takes away: shared out by the channels' samples.
-  double estimated = static_cast<double>(fit.moved.size());
-  for (const std::size_t run : fit.runs) estimated += static_cast<double>(experiment_->unknowns(run).size());
+  const auto shared_columns = static_cast<std::size_t>(fit.linear.front().shared.cols());
+  double estimated = static_cast<double>(shared_columns);
+  for (const RunLinear& linear : fit.linear) estimated += static_cast<double>(linear.unknowns.cols());
   const double free_part = std::max(0.05, 1 - estimated / std::max(1.0, static_cast<double>(fit.samples)));
   for (const std::size_t c : channels_of(recording)) {
     ChannelNoise& own = fit.noise[c];
@@ -212,7 +221,7 @@ void Comparison::estimate_noise(Fit& fit, const FitOptions& options) const {
       settle(trial);
       Noise noise = fit.noise;
       noise[c] = trial;
-      return restricted(fit, noise, fit.moved.size());
+      return restricted(fit, noise, shared_columns);
     };
     if (fit.samples < 30) {
       settle(own);
@@ -253,38 +262,25 @@ void Comparison::estimate_noise(Fit& fit, const FitOptions& options) const {
   }
 }
 
-Fit Comparison::fit(const std::vector<Parameter>& moved, const std::vector<Setting>& settings, const std::vector<std::size_t>& runs, const Fit* start, const FitOptions& options) const {
-  Fit fit;
-  fit.moved = moved;
-  fit.settings = settings;
-  fit.runs = runs;
-  for (const Parameter& p : moved) fit.shared.push_back(p.value);
-  fit.unknowns.resize(experiment_->runs());
-  for (std::size_t r = 0; r < experiment_->runs(); ++r)
-    for (const Unknown& u : experiment_->unknowns(r)) fit.unknowns[r].push_back(u.guess);
-  for (const std::size_t r : runs) fit.samples += samples_of(experiment_->recording().runs[r]);
-  bool noise_known = false;
-  if (start != nullptr) {
-    for (std::size_t k = 0; k < moved.size(); ++k)
-      for (std::size_t j = 0; j < start->moved.size(); ++j)
-        if (start->moved[j].name == moved[k].name) fit.shared[k] = std::clamp(start->shared[j], moved[k].lower, moved[k].upper);
-    fit.unknowns = start->unknowns;
-    fit.noise = start->noise;
-    noise_known = true;
-  }
-  const auto shared = static_cast<Row>(moved.size());
+void Comparison::settle(Fit& fit, const FitOptions& options, bool& noise_known) const {
+  const auto shared = static_cast<Row>(fit.moved.size());
   linearize(fit);
   for (int round = 0; round <= options.noise_rounds; ++round) {
     if (!noise_known) {
+      std::vector<double> ends;
+      for (const std::size_t r : fit.runs) {
+        const RecordedRun& run = experiment_->recording().runs[r];
+        ends.push_back(run.first_time() + fit.horizon * (run.last_time() - run.first_time()));
+      }
       // A first idea: the robust size of what is left, so that wild points do not lead.
       for (const std::size_t c : channels_of(experiment_->recording())) fit.noise[c].tail = 4;
       for (const std::size_t c : channels_of(experiment_->recording())) {
         std::vector<double> rest;
-        for (std::size_t r = 0; r < runs.size(); ++r) {
+        for (std::size_t r = 0; r < fit.runs.size(); ++r) {
           Row row = 0;
-          for (const Series& series : experiment_->recording().runs[runs[r]].series) {
+          for (const Series& series : experiment_->recording().runs[fit.runs[r]].series) {
             for (std::size_t k = 0; k < series.value.size(); ++k, ++row)
-              if (static_cast<std::size_t>(series.channel) == c && std::isfinite(fit.linear[r].rest[row]))
+              if (static_cast<std::size_t>(series.channel) == c && std::isfinite(fit.linear[r].rest[row]) && (fit.horizon >= 1 || series.t[k] <= ends[r]))
                 rest.push_back(fit.linear[r].rest[row] / (series.deviation.empty() ? 1 : series.deviation[k]));
           }
         }
@@ -293,18 +289,18 @@ Fit Comparison::fit(const std::vector<Parameter>& moved, const std::vector<Setti
       noise_known = true;
     }
     double damping = 1e-3;
-    double quality = log_likelihood(fit);
+    double quality = log_likelihood(fit, fit.noise);
     bool at_rest = false;
     for (int iteration = 0; iteration < options.most_iterations && !at_rest; ++iteration) {
       ++fit.iterations;
       MatrixXd information = MatrixXd::Zero(shared, shared);
       VectorXd slope = VectorXd::Zero(shared);
-      std::vector<Whitened> white(runs.size());
-      std::vector<MatrixXd> left(runs.size());
+      std::vector<Whitened> white(fit.runs.size());
+      std::vector<MatrixXd> left(fit.runs.size());
       bool finite = true;
-      for (std::size_t r = 0; r < runs.size(); ++r) {
+      for (std::size_t r = 0; r < fit.runs.size(); ++r) {
         if (!fit.linear[r].rest.allFinite()) { finite = false; break; }
-        white[r] = whitened(runs[r], fit.linear[r], fit.noise);
+        white[r] = whitened(fit.runs[r], fit.linear[r], fit.noise, fit.horizon);
         left[r] = white[r].shared;
         VectorXd rest = white[r].rest;
         project_out(white[r].unknowns, left[r], rest);
@@ -315,12 +311,12 @@ Fit Comparison::fit(const std::vector<Parameter>& moved, const std::vector<Setti
       // How well each parameter is known tells how wide its slopes are taken.
       fit.covariance = MatrixXd::Zero(shared, shared);
       for (Row i = 0; i < shared; ++i)
-        if (information(i, i) > 0) fit.covariance(i, i) = moved[static_cast<std::size_t>(i)].scale * moved[static_cast<std::size_t>(i)].scale / information(i, i);
+        if (information(i, i) > 0) fit.covariance(i, i) = fit.moved[static_cast<std::size_t>(i)].scale * fit.moved[static_cast<std::size_t>(i)].scale / information(i, i);
       // Parameters on a bound that would go beyond it stand still.
-      std::vector<bool> still(moved.size(), false);
-      for (std::size_t k = 0; k < moved.size(); ++k) {
+      std::vector<bool> still(fit.moved.size(), false);
+      for (std::size_t k = 0; k < fit.moved.size(); ++k) {
         const auto i = static_cast<Row>(k);
-        still[k] = (fit.shared[k] >= moved[k].upper && slope[i] > 0) || (fit.shared[k] <= moved[k].lower && slope[i] < 0) || information(i, i) < 1e-20;
+        still[k] = (fit.shared[k] >= fit.moved[k].upper && slope[i] > 0) || (fit.shared[k] <= fit.moved[k].lower && slope[i] < 0) || information(i, i) < 1e-20;
       }
       bool better = false;
       for (int attempt = 0; attempt < 8 && !better; ++attempt) {
@@ -332,27 +328,27 @@ Fit Comparison::fit(const std::vector<Parameter>& moved, const std::vector<Setti
         }
         const VectorXd step = shared > 0 ? VectorXd(damped.ldlt().solve(pull)) : VectorXd(0);
         Fit trial;
-        trial.moved = fit.moved, trial.settings = fit.settings, trial.shared = fit.shared, trial.unknowns = fit.unknowns, trial.noise = fit.noise, trial.runs = fit.runs;
-        trial.linear.resize(runs.size());
+        trial.moved = fit.moved, trial.settings = fit.settings, trial.shared = fit.shared, trial.unknowns = fit.unknowns, trial.noise = fit.noise, trial.runs = fit.runs, trial.horizon = fit.horizon;
+        trial.linear.resize(fit.runs.size());
         VectorXd taken(shared);
         for (Row i = 0; i < shared; ++i) {
           const auto k = static_cast<std::size_t>(i);
-          trial.shared[k] = std::clamp(fit.shared[k] + moved[k].scale * step[i], moved[k].lower, moved[k].upper);
-          taken[i] = (trial.shared[k] - fit.shared[k]) / moved[k].scale;
+          trial.shared[k] = std::clamp(fit.shared[k] + fit.moved[k].scale * step[i], fit.moved[k].lower, fit.moved[k].upper);
+          taken[i] = (trial.shared[k] - fit.shared[k]) / fit.moved[k].scale;
         }
-        for (std::size_t r = 0; r < runs.size(); ++r) {
-          const std::vector<Unknown>& unknowns = experiment_->unknowns(runs[r]);
+        for (std::size_t r = 0; r < fit.runs.size(); ++r) {
+          const std::vector<Unknown>& unknowns = experiment_->unknowns(fit.runs[r]);
           if (unknowns.empty()) continue;
           const VectorXd target = shared > 0 ? VectorXd(white[r].rest - white[r].shared * taken) : white[r].rest;
           const VectorXd change = white[r].unknowns.colPivHouseholderQr().solve(target) / (1 + damping);
-          for (std::size_t k = 0; k < unknowns.size(); ++k) trial.unknowns[runs[r]][k] += unknowns[k].scale * change[static_cast<Row>(k)];
+          for (std::size_t k = 0; k < unknowns.size(); ++k) trial.unknowns[fit.runs[r]][k] += unknowns[k].scale * change[static_cast<Row>(k)];
         }
         const Alteration altered = alteration_of(trial);
-        team_->run(static_cast<int>(runs.size()), [&](int place) {
+        team_->run(static_cast<int>(fit.runs.size()), [&](int place) {
           const auto r = static_cast<std::size_t>(place);
-          if (!predict(runs[r], altered, trial.unknowns[runs[r]], trial.linear[r].rest)) trial.linear[r].rest.setConstant(infinite);
+          if (!predict(fit.runs[r], altered, trial.unknowns[fit.runs[r]], trial.horizon, trial.linear[r].rest)) trial.linear[r].rest.setConstant(infinite);
         });
-        const double reached = log_likelihood(trial);
+        const double reached = log_likelihood(trial, trial.noise);
         if (reached > quality - 1e-9) {
           at_rest = reached - quality < 1e-3;
           fit.shared = trial.shared, fit.unknowns = trial.unknowns;
@@ -377,6 +373,39 @@ Fit Comparison::fit(const std::vector<Parameter>& moved, const std::vector<Setti
                          std::abs(1 / fit.noise[c].tail - 1 / before[c].tail)});
     if (change < 0.01) break;
   }
+}
+
+Fit Comparison::fit(const std::vector<Parameter>& moved, const std::vector<Setting>& settings, const std::vector<std::size_t>& runs, const Fit* start, const FitOptions& options) const {
+  Fit fit;
+  fit.moved = moved;
+  fit.settings = settings;
+  fit.runs = runs;
+  for (const Parameter& p : moved) fit.shared.push_back(p.value);
+  fit.unknowns.resize(experiment_->runs());
+  for (std::size_t r = 0; r < experiment_->runs(); ++r)
+    for (const Unknown& u : experiment_->unknowns(r)) fit.unknowns[r].push_back(u.guess);
+  for (const std::size_t r : runs) fit.samples += samples_of(experiment_->recording().runs[r]);
+  bool noise_known = false;
+  if (start != nullptr) {
+    for (std::size_t k = 0; k < moved.size(); ++k)
+      for (std::size_t j = 0; j < start->moved.size(); ++j)
+        if (start->moved[j].name == moved[k].name) fit.shared[k] = std::clamp(start->shared[j], moved[k].lower, moved[k].upper);
+    fit.unknowns = start->unknowns;
+    fit.noise = start->noise;
+    noise_known = true;
+  }
+  if (options.by_horizon) {
+    FitOptions part = options;
+    part.noise_rounds = 0, part.most_iterations = 6;
+    for (const double horizon : {0.12, 0.3, 0.6}) {
+      fit.horizon = horizon;
+      settle(fit, part, noise_known);
+      noise_known = false;  // what is noise and what a wrong start shows anew with each part
+    }
+    fit.horizon = 1;
+  }
+  settle(fit, options, noise_known);
+  const auto shared = static_cast<Row>(moved.size());
   fit.covariance = MatrixXd::Zero(shared, shared);
   if (fit.sound) {
     MatrixXd information = MatrixXd::Zero(shared, shared);
@@ -386,6 +415,14 @@ Fit Comparison::fit(const std::vector<Parameter>& moved, const std::vector<Setti
       project_out(w.unknowns, w.shared, rest);
       information += w.shared.transpose() * w.shared;
     }
+    // Student's t tells less than its core of normal numbers would.
+    double told = 0, count = 0;
+    for (const std::size_t r : runs)
+      for (const Series& series : experiment_->recording().runs[r].series) {
+        const double tail = fit.noise[static_cast<std::size_t>(series.channel)].tail;
+        told += static_cast<double>(series.value.size()) * (tail + 1) / (tail + 3), count += static_cast<double>(series.value.size());
+      }
+    information *= told / count;
     for (Row i = 0; i < shared; ++i) information(i, i) += 1e-12 * (1 + information(i, i));
     const MatrixXd inverse = shared > 0 ? MatrixXd(information.ldlt().solve(MatrixXd::Identity(shared, shared))) : MatrixXd(0, 0);
     for (Row i = 0; i < shared; ++i)
@@ -393,6 +430,65 @@ Fit Comparison::fit(const std::vector<Parameter>& moved, const std::vector<Setti
     fit.log_likelihood = restricted(fit, fit.noise, options.common);
   }
   return fit;
+}
+
+Noise Comparison::settled_noise(const Fit& fit, const std::vector<std::vector<VectorXd>>& columns) const {
+  constexpr std::size_t most_waves = 6, samples_per_wave = 8;
+  Fit wide;
+  wide.moved = fit.moved, wide.runs = fit.runs, wide.noise = fit.noise, wide.linear = fit.linear, wide.samples = fit.samples;
+  for (std::size_t r = 0; r < fit.runs.size(); ++r) {
+    RunLinear& linear = wide.linear[r];
+    const Row own = linear.shared.cols();
+    linear.shared.conservativeResize(Eigen::NoChange, own + static_cast<Row>(columns.size()));
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+      double length = 0;
+      for (const VectorXd& run : columns[c]) length += run.squaredNorm();
+      linear.shared.col(own + static_cast<Row>(c)) = columns[c][r] / std::sqrt(std::max(length, 1e-300)) * std::sqrt(static_cast<double>(fit.samples));
+    }
+    Row row = 0;
+    for (const Series& series : experiment_->recording().runs[fit.runs[r]].series) {
+      const std::size_t n = series.value.size(), waves = series.channel == Channel::impact ? 0 : std::min(most_waves, n / samples_per_wave);
+      const double length = std::max(series.t.back() - series.t.front(), 1e-300);
+      const Row before = linear.unknowns.cols();
+      linear.unknowns.conservativeResize(Eigen::NoChange, before + static_cast<Row>(waves));
+      linear.unknowns.rightCols(static_cast<Row>(waves)).setZero();
+      for (std::size_t wave = 0; wave < waves; ++wave)
+        for (std::size_t k = 0; k < n; ++k)
+          linear.unknowns(row + static_cast<Row>(k), before + static_cast<Row>(wave)) =
+              std::cos(M_PI * static_cast<double>(wave) * (series.t[k] - series.t.front()) / length) * fit.noise[static_cast<std::size_t>(series.channel)].deviation;
+      row += static_cast<Row>(n);
+    }
+  }
+  // The residual as those columns leave it, to begin with.
+  for (int round = 0; round < 2; ++round) {
+    Fit left = wide;
+    Row total = 0;
+    for (const RunLinear& linear : wide.linear) total += linear.rest.size();
+    MatrixXd information = MatrixXd::Zero(wide.linear[0].shared.cols(), wide.linear[0].shared.cols());
+    VectorXd slope = VectorXd::Zero(information.rows());
+    std::vector<Whitened> white;
+    for (std::size_t r = 0; r < wide.runs.size(); ++r) {
+      white.push_back(whitened(wide.runs[r], wide.linear[r], wide.noise));
+      MatrixXd shared = white[r].shared;
+      VectorXd rest = white[r].rest;
+      project_out(white[r].unknowns, shared, rest);
+      information += shared.transpose() * shared;
+      slope += shared.transpose() * rest;
+    }
+    information.diagonal().array() += 1e-9 * (1 + information.diagonal().maxCoeff());
+    const VectorXd along = information.ldlt().solve(slope);
+    for (std::size_t r = 0; r < wide.runs.size(); ++r) {
+      left.linear[r].rest -= wide.linear[r].shared * along;
+      if (wide.linear[r].unknowns.cols() > 0) {
+        const VectorXd own = white[r].unknowns.colPivHouseholderQr().solve(white[r].rest - white[r].shared * along);
+        left.linear[r].rest -= wide.linear[r].unknowns * own;
+      }
+    }
+    FitOptions options;
+    estimate_noise(left, options);
+    wide.noise = left.noise;
+  }
+  return wide.noise;
 }
 
 Fit Comparison::carry_over(const Fit& from, const std::vector<std::size_t>& runs) const {

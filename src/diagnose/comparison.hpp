@@ -25,6 +25,7 @@ struct Fit {
   std::vector<RunLinear> linear;               // by place in `runs`
   Eigen::MatrixXd covariance;                  // of the shared parameters, in their units
   double log_likelihood = -1e300;              // restricted to what the common unknowns leave (see Comparison::fit)
+  double horizon = 1;                          // part of each run's duration that counts
   std::size_t samples = 0;
   int iterations = 0;
   bool sound = false;                          // the simulation ran and the search came to rest
@@ -34,7 +35,8 @@ struct Fit {
 
 struct FitOptions {
   int most_iterations = 15;
-  int noise_rounds = 3;            // how often the noise is estimated again; 0: it is taken as given
+  int noise_rounds = 3;            // how often the noise is estimated again; 0: that of the start is taken as given
+  bool by_horizon = false;         // a beginning of each run is fitted first, then more: for motions that a wrong guess throws out of step
   bool tails = true;               // whether its tails are
   std::size_t common = 0;          // how many of the shared parameters the models compared have in common: the first ones
 };
@@ -63,7 +65,14 @@ class Comparison {
   // How the predictions of the fitted runs would change with something more: by place in `runs`.
   std::vector<Eigen::VectorXd> response(const Fit& fit, const Alteration& more) const;
 
-  Whitened whitened(std::size_t run, const RunLinear& linear, const Noise& noise) const;
+  Whitened whitened(std::size_t run, const RunLinear& linear, const Noise& noise, double horizon = 1) const;
+
+  // The noise about a fit, judged by what is left when the residuals may also follow any of the columns (by place in the fit's runs) and a few smooth
+  // waves of each run: physics that the fit lacks is not taken for noise.
+  Noise settled_noise(const Fit& fit, const std::vector<std::vector<Eigen::VectorXd>>& columns) const;
+
+  // The likelihood of a fit's residuals under another noise.
+  double log_likelihood(const Fit& fit, const Noise& noise) const;
 
   // RMS over runs of the independent residuals, each over its standard deviation; tails count as their weights say.
   double misfit(const Fit& fit, const Noise& noise) const;
@@ -72,10 +81,10 @@ class Comparison {
 
  private:
   // What is left of a run; false where the simulation fails.
-  bool predict(std::size_t run, const Alteration& altered, const std::vector<double>& unknowns, Eigen::VectorXd& rest) const;
+  bool predict(std::size_t run, const Alteration& altered, const std::vector<double>& unknowns, double horizon, Eigen::VectorXd& rest) const;
   void linearize(Fit& fit) const;
   void estimate_noise(Fit& fit, const FitOptions& options) const;
-  double log_likelihood(const Fit& fit) const;              // of the residuals as they are
+  void settle(Fit& fit, const FitOptions& options, bool& noise_known) const;
   double restricted(const Fit& fit, const Noise& noise, std::size_t common) const;
 
   const Experiment* experiment_;

@@ -96,10 +96,35 @@ class Investigation {
   }
 
  private:
-  FitOptions options_of(std::size_t) const {
+  FitOptions options_of() const {
     FitOptions options;
     options.common = free_.size();
     return options;
+  }
+
+  // With the noise of the start.
+  FitOptions noise_given() const {
+    FitOptions options = options_of();
+    options.noise_rounds = 0;
+    return options;
+  }
+
+  // Step 3: the noise about a fit, whatever of the catalogue the fit may lack.
+  Noise noise_about(const Fit& fit, const std::vector<Direction>& directions) const {
+    std::vector<std::vector<VectorXd>> columns;
+    for (const Direction& direction : directions) {
+      if (direction.probe != 0) continue;
+      const auto& column = direction.columns[0];
+      if (std::all_of(column.begin(), column.end(), [](const VectorXd& run) { return run.allFinite(); })) columns.push_back(column);
+    }
+    return comparison_.settled_noise(fit, columns);
+  }
+
+  static double change_between(const Noise& a, const Noise& b) {
+    double change = 0;
+    for (std::size_t c = 0; c < channel_count; ++c)
+      change = std::max({change, std::abs(std::log(a[c].deviation / b[c].deviation)), std::abs(std::atanh(a[c].correlation) - std::atanh(b[c].correlation)), std::abs(1 / a[c].tail - 1 / b[c].tail)});
+    return change;
   }
 
   void note(const std::string& what, const Fit& fit) {
@@ -108,9 +133,11 @@ class Investigation {
 
   // Step 4: the baseline as the case has it, and with what may be calibrated.
   void calibrate() {
-    nominal_ = comparison_.fit({}, {}, train_, nullptr, FitOptions{});
-    note("the case as it stands", nominal_);
-    d_.baseline = comparison_.fit(free_, {}, train_, nominal_.sound ? &nominal_ : nullptr, options_of(0));
+    FitOptions options = options_of();
+    const bool again = d_.baseline.sound;  // with another step
+    options.by_horizon = !again && experiment_.has_wall() && experiment_.recording().kind != RecordingKind::contact;
+    const Fit before = d_.baseline;
+    d_.baseline = comparison_.fit(free_, {}, train_, again ? &before : nullptr, options);
     note("calibrated", d_.baseline);
     if (!d_.baseline.sound) start_elsewhere();
     if (!d_.baseline.sound) throw RunError("the case cannot be simulated for these recordings: every start of the calibration failed. `quern run` of the case tells why.");
@@ -124,14 +151,16 @@ class Investigation {
       const Parameter& p = free_[k];
       if (!std::isfinite(p.lower) || !std::isfinite(p.upper)) continue;
       for (const double part : {0.15, 0.5, 0.85}) {
-        Fit start = nominal_;
+        Fit start = d_.baseline;
         start.moved = free_;
         start.shared.clear();
         for (const Parameter& one : free_) start.shared.push_back(one.value);
         start.shared[k] = p.lower > 0 ? p.lower * std::pow(p.upper / p.lower, part) : p.lower + part * (p.upper - p.lower);
         for (std::size_t r = 0; r < experiment_.runs(); ++r)
           for (std::size_t u = 0; u < start.unknowns[r].size(); ++u) start.unknowns[r][u] = experiment_.unknowns(r)[u].guess;
-        const Fit other = comparison_.fit(free_, {}, train_, &start, options_of(0));
+        FitOptions options = options_of();
+        options.by_horizon = experiment_.has_wall() && experiment_.recording().kind != RecordingKind::contact;
+        const Fit other = comparison_.fit(free_, {}, train_, &start, options);
         note(fmt::format("calibrated, from {} = {:.4g}", p.name, start.shared[k]), other);
         if (other.sound && other.log_likelihood > best.log_likelihood + 0.1) best = other;
       }
@@ -237,7 +266,16 @@ class Investigation {
         }
         curve.columns.push_back(std::move(column));
       }
-      all.push_back(std::move(curve));
+      all.push_back(curve);
+      // And by each run alone.
+      for (std::size_t only = 0; only < fit.runs.size() && fit.runs.size() > 1; ++only) {
+        Direction own = curve;
+        own.name += " in one run";
+        for (auto& column : own.columns)
+          for (std::size_t place = 0; place < fit.runs.size(); ++place)
+            if (place != only) column[place].setZero();
+        all.push_back(std::move(own));
+      }
     }
     return all;
   }
@@ -282,8 +320,11 @@ class Investigation {
   void judge_baseline() {
     sizes_ = sizes_of(comparison_, d_.baseline);
     candidates_ = candidates_for(comparison_, d_.baseline, sizes_);
-    Residuals residuals(comparison_, d_.baseline, numerical_);
     directions_ = directions_about(d_.baseline, {});
+    d_.baseline.noise = noise_about(d_.baseline, directions_);
+    d_.baseline = d_.best = comparison_.fit(free_, {}, train_, &d_.baseline, noise_given());
+    note("calibrated, under that noise", d_.baseline);
+    Residuals residuals(comparison_, d_.baseline, numerical_);
     scores_.clear(), d_.detectable.clear();
     for (const Direction& direction : directions_) scores_.push_back(residuals.score(direction));
     for (const Direction& direction : plain_directions(d_.baseline)) residuals.score(direction);
@@ -345,7 +386,7 @@ class Investigation {
   }
 
   // Fits a candidate with every free parameter, from each start given; the best is kept.
-  std::optional<Tried> attempt(const Candidate& c, const std::vector<std::vector<double>>& starts, const Fit& about) {
+  std::optional<Tried> attempt(const Candidate& c, const std::vector<std::vector<double>>& starts, const Fit& about, double promised = 0) {
     std::vector<Parameter> moved = free_;
     std::vector<Setting> settings = about.settings;
     for (std::size_t k = free_.size(); k < about.moved.size(); ++k) moved.push_back(about.moved[k]);
@@ -358,23 +399,54 @@ class Investigation {
         start.moved.push_back(c.parameters[k]);
         start.shared.push_back(at[k]);
       }
-      FitOptions options = options_of(0);
-      options.noise_rounds = 2;
-      Fit fit = comparison_.fit(moved, settings, train_, &start, options);
+      Fit fit = comparison_.fit(moved, settings, train_, &start, noise_given());
       const std::string words = c.effect + (c.form.empty() ? "" : " (" + c.form + ")");
       note(fmt::format("{}, from {:.4g}", words, at[0]), fit);
       if (!fit.sound) continue;
-      const double gain = fit.log_likelihood - d_.baseline.log_likelihood;
+      const double gain = gain_of(fit);
       if (best && gain < best->gain + 0.01) continue;
       Tried tried;
       tried.candidate = c;
       tried.effects = {c.effect};
       tried.gain = gain;
-      tried.bic = -2 * gain + static_cast<double>(moved.size() - free_.size()) * std::log(independent_);
       tried.fit = std::move(fit);
+      rate(tried);
       best = std::move(tried);
+      // The score promised half its statistic; a fit that keeps the promise needs no other start.
+      if (starts.size() > 1 && gain > 0.4 * promised) break;
     }
     return best;
+  }
+
+  double gain_of(const Fit& fit) const { return comparison_.log_likelihood(fit, d_.baseline.noise) - comparison_.log_likelihood(d_.baseline, d_.baseline.noise); }
+
+  void rate(Tried& tried) const {
+    tried.gain = gain_of(tried.fit);
+    tried.bic = -2 * tried.gain + static_cast<double>(tried.fit.moved.size() - free_.size()) * std::log(independent_);
+  }
+
+  // The noise once more, about the best explanation; what was tried is weighed anew under it.
+  void settle_noise() {
+    const Tried* best = nullptr;
+    for (const Tried& t : d_.ranking)
+      if (best == nullptr || t.bic < best->bic) best = &t;
+    if (best == nullptr) return;
+    const Noise noise = noise_about(best->fit, directions_about(best->fit, best->effects));
+    if (change_between(noise, d_.baseline.noise) < 0.03) return;
+    d_.baseline.noise = noise;
+    d_.baseline = comparison_.fit(free_, {}, train_, &d_.baseline, noise_given());
+    note("calibrated, under the noise about the best explanation", d_.baseline);
+    constexpr std::size_t most = 8;
+    for (std::size_t k = 0; k < d_.ranking.size(); ++k) {
+      Tried& t = d_.ranking[k];
+      t.fit.noise = noise;
+      if (k < most) {
+        t.fit = comparison_.fit(t.fit.moved, t.fit.settings, train_, &t.fit, noise_given());
+        note("again: " + std::string(fmt::format("{}", fmt::join(t.effects, " + "))), t.fit);
+      }
+      rate(t);
+    }
+    weigh();
   }
 
   // Where a fit of a candidate begins: at the strength that its response asks for, and at its probes.
@@ -411,7 +483,7 @@ class Investigation {
       const Candidate& c = candidates_[order[k].second];
       if (k >= most && !c.rival) continue;
       if (-order[k].first < 2 && k > 3) continue;
-      if (auto tried = attempt(c, starts_of(c, directions_, scores_), d_.baseline)) d_.ranking.push_back(std::move(*tried));
+      if (auto tried = attempt(c, starts_of(c, directions_, scores_), d_.baseline, -order[k].first)) d_.ranking.push_back(std::move(*tried));
     }
     const std::vector<Candidate> curves = free_forms_for(comparison_, d_.baseline, sizes_);
     free_forms_ = curves.size();
@@ -432,6 +504,7 @@ class Investigation {
     for (std::size_t k = 0; k < std::min<std::size_t>(4, asked.size()); ++k)
       if (auto tried = attempt(curves[asked[k].second], curves[asked[k].second].probes, d_.baseline)) d_.ranking.push_back(std::move(*tried));
     weigh();
+    settle_noise();
   }
 
   void weigh() {
@@ -447,8 +520,7 @@ class Investigation {
   // Step 9: what a model that was fitted on the fit part tells of the select part, against the baseline treated likewise.
   void hold_out(Tried& tried) {
     if (split_.select.empty() || split_.fit.empty()) return;
-    FitOptions options = options_of(0);
-    options.noise_rounds = 0;
+    const FitOptions options = noise_given();
     if (!select_baseline_) {
       const Fit part = comparison_.fit(free_, {}, split_.fit, &d_.baseline, options);
       select_baseline_ = comparison_.carry_over(part, split_.select);
@@ -456,11 +528,8 @@ class Investigation {
     const Fit part = comparison_.fit(tried.fit.moved, tried.fit.settings, split_.fit, &tried.fit, options);
     const Fit there = comparison_.carry_over(part, split_.select);
     note("held out: " + tried.effects.front(), there);
-    Fit rival = *select_baseline_;
-    rival.noise = there.noise;
     tried.held_out = comparison_.misfit(there, there.noise);
-    // Each under its own noise.
-    tried.held_out_gain = there.log_likelihood - select_baseline_->log_likelihood;
+    tried.held_out_gain = comparison_.log_likelihood(there, there.noise) - comparison_.log_likelihood(*select_baseline_, there.noise);
   }
 
   double remaining_of(const Tried& tried) {
@@ -616,7 +685,6 @@ class Investigation {
   Split split_;
   std::vector<std::size_t> train_;
   std::vector<Parameter> free_;
-  Fit nominal_;
   Sizes sizes_;
   std::vector<VectorXd> numerical_;  // how half the step moves the predictions
   std::vector<Candidate> candidates_;

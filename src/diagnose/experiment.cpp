@@ -34,6 +34,14 @@ Line line_at(const Series& series, double time) {
   return {mean_y + slope * (time - mean_t), slope};
 }
 
+// The case where only walls and bodies count: its body may lie in a wall, and its step may be anything.
+Case as_geometry(Case c) {
+  c.inserts[0].allowed_overlap = no_bound;
+  c.time_step = 1e-6;
+  c.looked_at = true;
+  return c;
+}
+
 double span_of(const Series& series) {
   const auto [least, most] = std::minmax_element(series.value.begin(), series.value.end());
   return *most - *least;
@@ -62,14 +70,14 @@ void alter(Values& values, const Alteration& altered) {
 
 Experiment::Experiment(Values base, const Recording& recording) : base_(std::move(base)), recording_(&recording) {
   const std::string file = base_.file;
-  const Case c = case_of(base_);
+  Case c = case_of(base_);
   if (c.inserts.size() != 1 || c.inserts[0].method != InsertCase::Method::list || c.inserts[0].balls.size() != 1 || c.inserts[0].agglomerate)
     throw InputError(file + ": a recording of one body needs a case that inserts one ball at one place (insert.<name>.positions); found another.");
   insert_ = c.inserts[0].name;
   species_ = c.species[c.inserts[0].species].name;
   if (c.species[c.inserts[0].species].sizes.smallest() != c.species[c.inserts[0].species].sizes.largest())
     throw InputError(file + ": a recording of one body needs a species of one diameter; found a distribution of sizes.");
-  const Built built = build_case(c);
+  const Built built = build_case(as_geometry(c));
   double nearest = 1e300;
   const Vec3 centre = vec(built.simulation.particles.position[0]);
   for (std::size_t w = 0; w < built.simulation.walls.size(); ++w) {
@@ -156,7 +164,7 @@ void Experiment::prepare(std::size_t r) {
 
   if (condition("impact_speed") || condition("drop_height")) {
     if (!has_wall()) throw InputError(fmt::format("{}: found impact_speed or drop_height, but the case has no wall to meet; allowed is a case with one.", run.where));
-    Built built = build_case(c);
+    const Built built = build_case(as_geometry(c));
     const Wall& wall = built.simulation.walls[nearest_wall_];
     if (!std::holds_alternative<Plane>(wall.surface)) throw InputError(run.where + ": impact_speed and drop_height are counted from a plane; the case's nearest wall is none.");
     const Vec3 normal = wall.pose.axes.col(2);
@@ -239,7 +247,7 @@ Case Experiment::case_for(std::size_t r, const Alteration& altered, const std::v
   const Start start = start_of(r, unknowns);
   InsertCase::Ball& ball = c.inserts[0].balls[0];
   ball.position = start.position, ball.velocity = start.velocity, ball.spin = start.spin;
-  c.inserts[0].allowed_overlap = 0.1;
+  c.inserts[0].allowed_overlap = 1;
   c.time_step = steps.time_step;
   c.looked_at = true;
   return c;
@@ -253,7 +261,7 @@ void Experiment::choose_steps() {
     Case c = case_of(prepared_[r].values);
     InsertCase::Ball& ball = c.inserts[0].balls[0];
     ball.position = prepared_[r].position, ball.velocity = prepared_[r].velocity, ball.spin = prepared_[r].spin;
-    c.inserts[0].allowed_overlap = 0.1;
+    c.inserts[0].allowed_overlap = 1;
     const std::optional<double> asked = c.time_step;
     c.time_step.reset();
     const Built built = build_case(c);
@@ -265,9 +273,9 @@ void Experiment::choose_steps() {
       lies |= std::holds_alternative<Plane>(wall.surface) && std::abs(gap) < 0.02 * prepared_[r].radius && normal_speed < 0.02 * built.expected_speed &&
               duration > 50 * built.limit.limit;
     }
-    const double sound = lies ? 0.9 * built.limit.limit : (recording_->kind == RecordingKind::contact ? 0.1 : 0.4) * built.limit.recommended;
+    const double sound = lies ? 0.9 * built.limit.limit : (recording_->kind == RecordingKind::contact ? 0.1 : 0.8) * built.limit.recommended;
     step = std::min({step, recording_->kind == RecordingKind::contact ? sound : std::max(asked.value_or(0), sound), duration / 50});
-    longest = std::min(longest, duration / 200);
+    longest = std::min(longest, duration / 100);
   }
   steps.time_step = step;
   steps.longest_flight_step = std::max(step, longest);
@@ -297,9 +305,11 @@ bool Experiment::go(std::size_t, const Case& c, double until, Watcher&& watch) c
   return now.time >= until;
 }
 
-Experiment::Prediction Experiment::predict(std::size_t r, const Alteration& altered, const std::vector<double>& unknowns) const {
+Experiment::Prediction Experiment::predict(std::size_t r, const Alteration& altered, const std::vector<double>& unknowns, double part) const {
   const RecordedRun& run = recording_->runs[r];
   Prediction result;
+  const double end = part >= 1 ? no_bound : run.first_time() + part * (run.last_time() - run.first_time());
+  const auto beyond = [&](const Series& series, std::size_t k) { return (series.channel == Channel::impact ? series.value[k] : series.t[k]) > end; };
   for (const Series& series : run.series) result.emplace_back(series.value.size(), failed);
   Case c;
   try {
@@ -316,13 +326,14 @@ Experiment::Prediction Experiment::predict(std::size_t r, const Alteration& alte
         if (!(before.gap >= 0 && now.gap < 0)) return true;
         ++count;
         if (count == series.t[next]) predicted[next++] = clock + c.instrument.clock_shift + touch_time(before, now);
-        return next < predicted.size();
+        return next < predicted.size() && !beyond(series, next);
       });
-      if (!ran || next < predicted.size()) std::fill(predicted.begin() + static_cast<std::ptrdiff_t>(next), predicted.end(), failed);
+      if (!ran) std::fill(predicted.begin() + static_cast<std::ptrdiff_t>(next), predicted.end(), failed);
+      for (; next < predicted.size() && beyond(series, next); ++next) predicted[next] = series.value[next];
       return result;
     }
     SignalReader reader(run, c.instrument, start);
-    const double until = run.last_time() - start - std::min(0.0, c.instrument.clock_shift) + steps.time_step;
+    const double until = std::min(run.last_time(), end) - start - std::min(0.0, c.instrument.clock_shift) + steps.time_step;
     bool first = true;
     const bool ran = go(r, c, until, [&](const BodyState& before, const BodyState& now) {
       if (first) reader.begin(before);
@@ -330,6 +341,9 @@ Experiment::Prediction Experiment::predict(std::size_t r, const Alteration& alte
       return reader.see(before, now);
     });
     if (ran) result = reader.values();
+    for (std::size_t s = 0; ran && s < run.series.size(); ++s)
+      for (std::size_t k = 0; k < run.series[s].value.size(); ++k)
+        if (beyond(run.series[s], k)) result[s][k] = run.series[s].value[k];
   } catch (const InputError&) {  // bodies that overlap too deeply at the start, a law that cannot be
   }
   return result;

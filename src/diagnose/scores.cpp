@@ -64,7 +64,14 @@ Residuals::Residuals(const Comparison& comparison, const Fit& fit, const std::ve
   shared_ = orthonormal(movable);
   rest_ -= shared_ * (shared_.transpose() * rest_);
   degrees_left_ = std::max(1.0, static_cast<double>(rows - taken - shared_.cols()));
-  spread_ = std::sqrt(rest_.squaredNorm() / degrees_left_);
+  // The slope of ln p has the variance (ν + 1)/(ν + 3) where the noise is Student's t.
+  double told = 0;
+  for (const std::size_t run : fit.runs)
+    for (const Series& series : comparison.experiment().recording().runs[run].series) {
+      const double tail = fit.noise[static_cast<std::size_t>(series.channel)].tail;
+      told += static_cast<double>(series.value.size()) * (tail + 1) / (tail + 3);
+    }
+  spread_ = std::sqrt(told / static_cast<double>(rows));
 }
 
 VectorXd Residuals::stacked(const std::vector<VectorXd>& column) const {
@@ -158,7 +165,8 @@ double Residuals::family_p(std::uint64_t seed, int repetitions) const {
         }
       }
     }
-    const double spread = std::sqrt(std::max(1e-300, noise.squaredNorm() / static_cast<double>(noise.size())));
+    // As uncertain as the deviation is.
+    const double spread = std::exp(random.normal() / std::sqrt(2 * degrees_left_));
     double least = 1;
     for (std::size_t k = 0; k < bases_.size(); ++k) {
       const VectorXd along = bases_[k].transpose() * noise / spread;

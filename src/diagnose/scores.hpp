@@ -42,7 +42,6 @@ class Residuals {
 
   std::size_t samples() const { return static_cast<std::size_t>(rest_.size()); }
   double degrees_left() const { return degrees_left_; }
-  double spread() const { return spread_; }     // standard deviation of the independent residuals; 1 where the noise was estimated from them
   const Eigen::VectorXd& rest() const { return rest_; }
   // A direction's column, independent and weighted, less what the fit explains.
   Eigen::VectorXd left_of(const std::vector<Eigen::VectorXd>& column) const;
@@ -56,7 +55,8 @@ class Residuals {
   Eigen::MatrixXd shared_;             // orthonormal: what the shared parameters explain beyond that
   std::vector<Eigen::Index> first_;    // row of each run
   Eigen::VectorXd rest_;
-  double degrees_left_ = 1, spread_ = 1, smallest_p_ = 1;
+  double degrees_left_ = 1, smallest_p_ = 1;
+  double spread_ = 1;  // standard deviation of what a direction of length one shows in noise alone
   std::vector<Eigen::MatrixXd> bases_;  // of the directions scored, orthonormal
   std::vector<bool> one_sided_;
 };
