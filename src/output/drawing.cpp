@@ -465,6 +465,7 @@ vtkPlot* add_line(vtkChartXY* chart, const std::string& name, const std::vector<
   vtkNew<vtkTable> table;
   vtkNew<vtkDoubleArray> xs, ys;
   fill(xs, "x", x), fill(ys, name.c_str(), y);
+  if (x.size() == 1) xs->InsertNextValue(x[0]), ys->InsertNextValue(y[0]);  // VTK draws no line of one point, but says so
   table->AddColumn(xs), table->AddColumn(ys);
   vtkPlot* line = chart->AddPlot(vtkChart::LINE);
   line->SetInputData(table, 0, 1);
