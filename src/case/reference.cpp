@@ -30,8 +30,9 @@ std::string code(const std::string& text) { return fmt::format("`{}`", text); }
 
 }  // namespace
 
-std::string key_as_text(const Key& key, const std::string& name) {
-  return fmt::format("  {:24} {}\n  {:24}   {}; default {}{}\n", name, key.meaning, "", allowed_by(key), default_of(key), key.source[0] ? fmt::format(" ({})", key.source) : "");
+std::string key_as_text(const Key& key, const std::string& name, std::size_t column) {
+  const std::string begin = name.size() > column ? fmt::format("  {}\n  {:{}}", name, "", column) : fmt::format("  {:{}}", name, column);
+  return fmt::format("{} {}\n  {:{}}   {}; default {}{}\n", begin, key.meaning, "", column, allowed_by(key), default_of(key), key.source[0] ? fmt::format(" ({})", key.source) : "");
 }
 
 std::string keys_as_text(const std::string& prefix) {

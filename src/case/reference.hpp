@@ -5,8 +5,8 @@
 
 namespace quern {
 
-// What a key means, what is allowed, its default and source, in two lines under its name.
-std::string key_as_text(const Key& key, const std::string& name);
+// What a key means, what is allowed, its default and source, in two lines beside its name, or below a name that is wider than the column.
+std::string key_as_text(const Key& key, const std::string& name, std::size_t column = 24);
 
 // One line per key that begins with `prefix` ("" for all), grouped by table.
 std::string keys_as_text(const std::string& prefix = "");

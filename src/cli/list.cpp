@@ -62,7 +62,7 @@ void print_effects() {
     if (const EffectEquation one = equation_of(effect.name); !one.equation.empty()) fmt::print("  equation    {}\n              {}\n", one.equation, one.where);
     fmt::print("  signature   {}\n  parted by   {}\n", effect.signature, effect.experiment);
     if (effect.source[0]) fmt::print("  source      {}\n", effect.source);
-    for (const Key* key : keys_named(effect.keys)) fmt::print("{}", key_as_text(*key, key->path));
+    for (const Key* key : keys_named(effect.keys)) fmt::print("{}", key_as_text(*key, key->path, 11));
   }
   fmt::print("\nWhat is in no law goes in as a table: a force on the bodies, [force.<name>], or in their contacts, extra_force.\n");
   fmt::print("{}\n{}", keys_as_text("force."), keys_as_text("pair.<a>.<b>.extra_force"));

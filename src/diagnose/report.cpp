@@ -27,7 +27,7 @@ p{margin:.5rem 0;max-width:46rem}
 .numbers b{display:block;font-size:1.25rem;font-weight:600;font-variant-numeric:tabular-nums}
 .numbers span,.note,figcaption{font-size:.85rem;color:#55555c}
 ul{margin:.6rem 0;padding-left:1.2rem;max-width:46rem}
-.runs{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,19rem),1fr));gap:1.2rem;margin:1rem 0}
+.runs{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,23rem),1fr));gap:1.2rem;margin:1rem 0}
 .runs.one{max-width:34rem}
 figure{margin:0;break-inside:avoid}
 figcaption{margin-bottom:.3rem}
@@ -39,14 +39,23 @@ th{text-align:left;font-weight:600;border-bottom:1.5px solid #222226;padding:.25
 td{border-bottom:1px solid #e2e2e5;padding:.25rem .8rem .25rem 0;vertical-align:top}
 td.n,th.n{text-align:right;white-space:nowrap}
 tr.chosen td{font-weight:600;background:#f6f6f7}
-td .note{display:block}
-code{font-family:ui-monospace,"DejaVu Sans Mono",monospace;font-size:.88em;overflow-wrap:anywhere}
+td .note{display:block;font-weight:400}
+code{font-family:ui-monospace,"DejaVu Sans Mono",monospace;font-size:.88em}
 .equation{font-size:1.15rem;margin:.3rem 0 .1rem}
+@media(max-width:30rem){td,th{padding-right:.5rem}table{font-size:.85rem}}
 @media print{body{font-size:10.5pt;max-width:none;padding:0}.runs{grid-template-columns:1fr 1fr}h2{break-after:avoid}table{break-inside:avoid}.verdict{background:none}tr.chosen td{background:none}}
 )";
 
 std::string e(std::string_view text) { return escaped_html(text); }
-std::string code(std::string_view text) { return fmt::format("<code>{}</code>", e(text)); }
+// May be broken after a dot or a dash below.
+std::string code(std::string_view text) {
+  std::string safe;
+  for (const char c : e(text)) {
+    safe += c;
+    if (c == '.' || c == '_' || c == '/') safe += "<wbr>";
+  }
+  return fmt::format("<code>{}</code>", safe);
+}
 std::string paragraph(const std::string& html) { return fmt::format("<p>{}</p>\n", html); }
 
 // "air_drag" → "air drag".
@@ -76,15 +85,30 @@ std::string with_unit(const std::string& number, const std::string& unit) {
   return spoken.empty() ? number : number + " " + spoken;
 }
 
-// As many digits as the interval deserves.
-std::string measured(double value, double deviation) {
-  if (!(deviation > 0) || value == 0) return brief(value);
-  return brief(value, std::clamp(static_cast<int>(std::floor(std::log10(std::abs(value))) - std::floor(std::log10(2 * deviation))) + 2, 2, 6));
+// A number and its interval with as many digits as the interval deserves.
+struct Spoken {
+  std::string value, interval;
+};
+Spoken spoken_of(const Estimate& estimate) {
+  const auto [low, high] = estimate.interval();
+  const double half = 0.5 * (high - low), size = std::max(std::abs(estimate.value), half);
+  if (!std::isfinite(half) || !(half > 0)) return {brief(estimate.value), "not known"};
+  const int power = size >= 1e-3 && size < 1e5 ? 0 : static_cast<int>(std::floor(std::log10(size)));
+  const double unit = std::pow(10.0, power), least = half / unit;
+  const int decade = static_cast<int>(std::floor(std::log10(least)));
+  const int decimals = std::clamp((least < 3.55 * std::pow(10.0, decade) ? 1 : 0) - decade, 0, 9);
+  const auto one = [&](double x) {
+    std::string text = fmt::format("{:.{}f}", x / unit, decimals);
+    return text[0] == '-' ? "−" + text.substr(1) : text;
+  };
+  const std::string times = power == 0 ? "" : "·10" + superscript(power);
+  const std::string between = one(low) + " … " + one(high);
+  return {one(estimate.value) + times, power == 0 ? between : "(" + between + ")" + times};
 }
 
-std::string chance(double p) { return p < 1e-6 ? "below " + brief(1e-6, 1) : brief(p, 2); }
-std::string percent(double part) { return part > 0 && part < 0.001 ? "&lt; 0.1 %" : fmt::format("{:.{}f} %", 100 * part, part < 0.1 && part > 0 ? 1 : 0); }
-std::string ratio(double x) { return brief(x, 3); }
+std::string chance(double p) { return p < 1e-6 ? "below 10⁻⁶" : brief(p, 2); }
+std::string percent(double part) { return part < 0.0005 ? "&lt; 0.1 %" : fmt::format("{:.{}f} %", 100 * part, part < 0.1 ? 1 : 0); }
+std::string ratio(double x) { return x < 100 ? fmt::format("{:#.3g}", x) : brief(std::round(x), 4); }
 
 bool of_instrument(const std::vector<std::string>& effects) {
   static const std::set<std::string> all = {"sensor_offset", "sensor_gain", "sensor_lag", "clock_shift", "saturation"};
@@ -160,17 +184,18 @@ class Page {
     remarks.insert(remarks.end(), experiment_.recording().remarks.begin(), experiment_.recording().remarks.end());
     if (!remarks.empty()) {
       text += "<ul>";
-      for (const std::string& one : remarks) text += fmt::format("<li>{}</li>", e(words_with_codes(one)));
+      for (const std::string& one : remarks) text += fmt::format("<li>{}</li>", e(with_words(one)));
       text += "</ul>\n";
     }
     return text;
   }
 
   // Names of effects within a sentence, as words.
-  static std::string words_with_codes(const std::string& sentence) {
+  static std::string with_words(const std::string& sentence) {
     std::string text = sentence;
-    for (const EffectEntry& entry : all_effects()) {
-      const std::string name = entry.name;
+    std::vector<std::string> names = {"camera_distortion"};
+    for (const EffectEntry& entry : all_effects()) names.emplace_back(entry.name);
+    for (const std::string& name : names) {
       if (name.find('_') == name.npos) continue;
       for (auto at = text.find(name); at != text.npos; at = text.find(name, at)) text.replace(at, name.size(), words_of(name));
     }
@@ -182,21 +207,26 @@ class Page {
     const Location& w = d_.where;
     if (!w.channel.empty()) {
       const std::string channel = w.channel == "impact" ? "the instants of impact" : code(w.channel);
-      std::string at = w.variable == "impact" ? fmt::format("from impact {:.0f} to {:.0f}", w.from, w.to) : fmt::format("from t = {} to {} {}", brief(w.from), brief(w.to), e(spoken_unit(w.unit)));
+      std::string at = w.variable == "impact" ? fmt::format("from impact {:.0f} to {:.0f}", w.from, w.to) : fmt::format("from t = {} to {} {}", brief(w.from, 3), brief(w.to, 3), e(spoken_unit(w.unit)));
       if (!w.phase.empty()) at += w.phase == "flight" ? ", in flight" : w.phase == "after contact" ? ", after the contact" : ", while " + w.phase;
       at += w.run.empty() ? ", not in one run alone" : fmt::format(", in run {}", e(w.run));
-      text += paragraph(fmt::format("In {}, {}: nine tenths of what the better simulation changes lie there. The recording lies mostly {} the calibrated case. Noise alone would differ as much with a "
-                                    "probability of {}.", channel, at, e(w.sign), chance(w.p_value)));
+      text += paragraph(fmt::format("In {}, {}: nine tenths of what the better simulation changes lie there. The recording lies mostly {} the calibrated case. Probability that "
+                                    "noise alone does as much: {}.", channel, at, e(w.sign), chance(w.p_value)));
     } else if (d_.verdict == Verdict::nothing_missing || d_.verdict == Verdict::parameters_only) {
-      text += paragraph(fmt::format("Nowhere{}. Of all the shapes looked for in what is left, the strongest is one that noise makes with a probability of {}.",
+      text += paragraph(fmt::format("Nowhere{}. Of all the shapes looked for in what is left, the strongest is one that noise makes too (probability {}).",
                                     d_.verdict == Verdict::parameters_only ? ", once it is calibrated" : "", chance(d_.adequacy_p)));
     } else if (d_.verdict == Verdict::unexplained) {
-      text += paragraph(fmt::format("Something is left that noise makes with a probability of {}; no better simulation was found that would tell where.", chance(d_.adequacy_p)));
+      text += paragraph(fmt::format("Something is left that is not noise (probability {}); no better simulation was found that would tell where.", chance(d_.adequacy_p)));
+    } else if (!runs_.empty()) {
+      text += paragraph("Whether they differ beyond noise was not to be told.");
     }
     if (runs_.empty()) return text;
+    if (!sides_.one)
+      text += fmt::format("<p class=\"note\">Orange: {}. Blue: {}{}.</p>\n", e(sides_.before_name), e(sides_.after_name),
+                          runs_.front().run.empty() ? "" : "; in the middle, what it adds, through the residuals before");
     text += fmt::format("<div class=\"runs{}\">\n", runs_.size() == 1 ? " one" : "");
     for (const RunChart& run : runs_)
-      text += fmt::format("<figure><figcaption><b>Run {}</b>, {}</figcaption>{}</figure>\n", e(run.run), e(run.why), svg_of(run.chart));
+      text += fmt::format("<figure><figcaption><b>{}</b>, {}{}</figcaption>{}</figure>\n", run.run.empty() ? "All runs" : "Run " + e(run.run), e(run.why), run.cut.empty() ? "" : ". " + e(run.cut), svg_of(run.chart));
     return text + "</div>\n";
   }
 
@@ -214,7 +244,7 @@ class Page {
         const EffectEntry* entry = find_effect(name);
         text += paragraph(fmt::format("<b>{}</b>{}", e(words_of(name)), k == 0 && !d_.form.empty() ? ": " + e(d_.form) : ""));
         if (!equation.equation.empty()) text += fmt::format("<p class=\"equation\">{}</p><p class=\"note\">{}</p>\n", e(equation.equation), e(equation.where));
-        if (entry != nullptr) text += paragraph(fmt::format("Its mark: {}.{}", e(entry->signature), entry->source[0] ? fmt::format(" <span class=\"note\">({})</span>", e(entry->source)) : ""));
+        if (entry != nullptr) text += paragraph(fmt::format("How it shows: {}.{}", e(entry->signature), entry->source[0] ? fmt::format(" <span class=\"note\">({})</span>", e(entry->source)) : ""));
       }
     } else if (d_.verdict == Verdict::unexplained) {
       text += "<h2>What</h2>\n";
@@ -238,12 +268,11 @@ class Page {
       std::string was = "–";
       if (one.nominal) was = with_unit(brief(*one.nominal), unit);
       else if (one.of_effect) was = "not there";
-      const bool known = std::isfinite(one.deviation) && one.deviation > 0;
+      const Spoken spoken = spoken_of(one);
       rows += fmt::format("<tr{}><td>{}<span class=\"note\">{}</span></td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td></tr>\n", one.of_effect ? " class=\"chosen\"" : "", code(one.key),
-                          key != nullptr ? e(key->meaning) : "", e(with_unit(measured(one.value, one.deviation), unit)),
-                          known ? fmt::format("{} … {}", measured(one.interval()[0], one.deviation), measured(one.interval()[1], one.deviation)) : "not known", e(was));
+                          key != nullptr ? e(key->meaning) : "", e(with_unit(spoken.value, unit)), spoken.interval, e(was));
     }
-    if (rows.empty()) return d_.verdict == Verdict::omitted_physics || d_.verdict == Verdict::unexplained ? "" : paragraph("The case frees no number to be calibrated.");
+    if (rows.empty()) return "";
     const std::string head = named() || d_.verdict == Verdict::unexplained ? "" : "<h2>What was calibrated</h2>\n";
     return fmt::format("{}<div class=\"wide\"><table><tr><th>key of the case</th><th class=\"n\">value</th><th class=\"n\">95 % interval</th><th class=\"n\">the case</th></tr>\n{}</table></div>\n", head, rows);
   }
@@ -284,8 +313,8 @@ class Page {
     if (d_.ranking.size() > most) text += fmt::format("<p class=\"note\">{} less probable ones are in <code>diagnosis.json</code>.</p>\n", d_.ranking.size() - most);
     text += "<p class=\"note\">Each was fitted with every free number of the case fitted again. BIC difference: to the calibrated case; below zero is better, by more than its further numbers cost. Held-out misfit: "
             "RMS of residual over noise on runs that this fit did not see.</p>\n";
-    if (!d_.indistinguishable.empty()) text += paragraph(fmt::format("<b>Look-alikes.</b> {}: their probability is within a factor of twenty of the verdict's.", e(joined(d_.indistinguishable))));
-    if (!d_.advice.empty()) text += paragraph(fmt::format("<b>What would settle it.</b> {}", e(words_with_codes(d_.advice))));
+    if (!d_.indistinguishable.empty()) text += paragraph(fmt::format("<b>Look-alikes</b>, with a probability within a factor of twenty of the verdict's: {}.", e(joined(d_.indistinguishable))));
+    if (!d_.advice.empty()) text += paragraph(fmt::format("<b>What would settle it.</b> {}", e(with_words(d_.advice))));
     else if (named())
       if (const EffectEntry* entry = find_effect(d_.effects.front())) text += paragraph(fmt::format("<b>What would test it.</b> {}{}.", static_cast<char>(std::toupper(static_cast<unsigned char>(entry->experiment[0]))), e(entry->experiment + 1)));
     return text;
@@ -323,16 +352,22 @@ class Page {
 
   std::string detectable() const {
     std::string rows;
+    std::vector<std::string> hidden;
     std::vector<Detectable> all = d_.detectable;
     std::sort(all.begin(), all.end(), [](const Detectable& a, const Detectable& b) { return a.effect < b.effect; });
     for (const Detectable& one : all) {
-      if (!std::isfinite(one.strength) || one.strength > 1e12) continue;
+      const Key* key = find_key(split_path(one.key));
+      if (!std::isfinite(one.strength) || one.strength > 1e9 || (key != nullptr && one.strength > key->range.most)) {
+        hidden.push_back(one.effect);
+        continue;
+      }
       rows += fmt::format("<tr><td>{}</td><td>{}</td><td class=\"n\">{}</td></tr>\n", e(words_of(one.effect)), code(one.key), e(with_unit(brief(one.strength, 2), unit_of_key(one.key, one.unit))));
     }
     if (rows.empty()) return "";
     return "<h2>What could have been seen</h2>\n" +
            paragraph("The least change of each key, from where it does nothing, that these recordings would have shown in four of five cases, beside everything that is calibrated. Weaker effects may be there.") +
-           fmt::format("<div class=\"wide\"><table><tr><th>effect</th><th>key</th><th class=\"n\">least change</th></tr>\n{}</table></div>\n", rows);
+           fmt::format("<div class=\"wide\"><table><tr><th>effect</th><th>key</th><th class=\"n\">least change</th></tr>\n{}</table></div>\n", rows) +
+           (hidden.empty() ? "" : paragraph(fmt::format("At no strength: {}.", e(joined(hidden)))));
   }
 
   std::string method() const {
@@ -344,8 +379,7 @@ class Page {
       for (std::size_t k = 0; k < std::min(most, labels.size()); ++k) list += (k ? ", " : "") + labels[k];
       return fmt::format("{}{}", e(list), labels.size() > most ? fmt::format(" and {} more", labels.size() - most) : "");
     };
-    text += fmt::format("<ul><li>Fitted: {} ({}).</li><li>For choosing: {} ({}).</li><li>Sealed to the end: {} ({}).</li>", d_.fit_runs.size(), runs(d_.fit_runs), d_.select_runs.size(), runs(d_.select_runs),
-                        d_.sealed_runs.size(), runs(d_.sealed_runs));
+    text += fmt::format("<ul>{}<li>Runs fitted: {}.</li><li>Runs for choosing: {}.</li><li>Runs sealed to the end: {}.</li>", d_.baseline.moved.empty() ? "<li>The case frees no number to be calibrated.</li>" : "", runs(d_.fit_runs), runs(d_.select_runs), runs(d_.sealed_runs));
     text += fmt::format("<li>Whether noise explains what is left: p = {} with the calibrated case{}.</li>", chance(d_.adequacy_p), named() ? fmt::format(", {} with what was found", chance(d_.remaining_p)) : "");
     text += fmt::format("<li>Time step {}; half of it moves all samples together by {} standard deviations of the noise.</li></ul>\n", e(with_unit(brief(d_.steps.time_step, 3), "s")), brief(d_.numerical_error, 2));
     std::string rows;

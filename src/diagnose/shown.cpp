@@ -1,8 +1,11 @@
 #include "src/diagnose/shown.hpp"
 #include <fmt/format.h>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
+#include <numbers>
+#include <set>
 
 namespace quern {
 namespace {
@@ -89,7 +92,7 @@ double size_of(const std::vector<double>& numbers, double share) {
   return *at;
 }
 
-Chart chart_of(const Place& place, Channel channel, const Diagnosis& d, const SideBySide& sides, const std::string& title) {
+Chart chart_of(const Place& place, Channel channel, const Diagnosis& d, const SideBySide& sides, const std::string& title, std::string& cut_words) {
   Eigen::Index row = 0;
   const Series* series = nullptr;
   for (const Series& one : place.run->series) {
@@ -127,31 +130,111 @@ Chart chart_of(const Place& place, Channel channel, const Diagnosis& d, const Si
   const Prefix y = prefix_for(std::max(largest_of(shown), largest_of(after)), unit);
   for (std::vector<double>* values : {&shown, &before, &after})
     for (double& value : *values) value *= y.factor;
-  constexpr std::size_t few = 60;
-  Panel above{x_label, with_unit(name, spoken_unit(y.unit)), false, false, {}}, below{x_label, "residual over noise", false, false, {}};
-  above.curves.push_back({"recorded", shown_at, shown, {}, {}, true, false, 4, true});
+  Panel above{x_label, with_unit(name, spoken_unit(y.unit)), false, false, {}};
+  above.curves.push_back({"recorded", shown_at, shown, {}, {}, true, false, 4, n > 40});
   if (!sides.one) above.curves.push_back({sides.before_name, shown_at, before, {}, {}, false, true, 1});
   above.curves.push_back({sides.after_name, shown_at, after, {}, {}, false, true, 0});
   // Wild points would flatten all else.
   const auto [least, most] = std::minmax_element(after.begin(), after.end());
   const auto [least_before, most_before] = std::minmax_element(before.begin(), before.end());
   const double low = std::min(*least, *least_before), high = std::max(*most, *most_before), room = 0.35 * (high - low) + 6 * y.factor * deviation_at(*series, 0, sides.noise);
-  if (const std::size_t cut = cut_beyond(above.curves[0], low - room, high + room)) above.y_label += fmt::format("; {} wild beyond the frame", cut);
-  double limit = std::max(4.0, 1.3 * size_of(rest_after, 0.98));
-  if (!sides.one) limit = std::max(limit, 1.3 * size_of(rest_before, 0.98));
-  const bool marks = n <= few;
-  below.curves.push_back({"noise ± 2 sd", {at.front(), at.back()}, {0, 0}, {-2, -2}, {2, 2}, false, true, 4});
-  if (!sides.one) below.curves.push_back({"", at, rest_before, {}, {}, marks, true, 1});
-  below.curves.push_back({"", at, rest_after, {}, {}, marks, true, 0});
-  std::size_t cut = 0;
-  for (std::size_t k = 1; k < below.curves.size(); ++k) cut += cut_beyond(below.curves[k], -limit, limit);
-  if (cut > 0) below.y_label += fmt::format("; {} beyond the frame", cut);
+  std::size_t cut = cut_beyond(above.curves[0], low - room, high + room);
+  if (cut > 0) cut_words = fmt::format("{} wild {} beyond the first frame", cut, cut == 1 ? "point" : "points");
+  const auto residuals = [&](const std::vector<double>& rest, int colour) {
+    Panel panel{x_label, "residual over noise", false, false, {}};
+    panel.curves.push_back({"noise ± 2 sd", {at.front(), at.back()}, {0, 0}, {-2, -2}, {2, 2}, false, true, 4});
+    panel.curves.push_back({"", at, rest, {}, {}, true, false, colour, n > 40});
+    const double limit = std::max(4.0, 1.3 * size_of(rest, 0.98));
+    cut += cut_beyond(panel.curves.back(), -limit, limit);
+    return panel;
+  };
+  cut = 0;
+  chart.panels = {above};
+  if (!sides.one) {
+    // What the simulation after adds, through what the one before leaves.
+    std::vector<double> added(n);
+    for (std::size_t k = 0; k < n; ++k) added[k] = rest_before[k] - rest_after[k];
+    chart.panels.push_back(residuals(rest_before, 1));
+    chart.panels.back().curves.push_back({"", at, added, {}, {}, false, true, 0});
+  }
+  chart.panels.push_back(residuals(rest_after, 0));
+  if (!sides.one) chart.panels[1].y_label = "residual over noise, before", chart.panels[2].y_label = "afterwards";
+  if (cut > 0) cut_words += fmt::format("{}{} {} beyond the frames below", cut_words.empty() ? "" : ", ", cut, cut == 1 ? "residual" : "residuals");
   if (d.where.channel == name_of(channel) && d.where.to >= d.where.from && (d.where.run.empty() || d.where.run == place.run->label)) {
     const std::array<double, 2> where = {std::clamp(d.where.from * x.factor, at.front(), at.back()), std::clamp(d.where.to * x.factor, at.front(), at.back())};
-    if (where[0] < where[1] || counted) above.marked = below.marked = where;
+    if (where[0] < where[1] || counted)
+      for (Panel& panel : chart.panels) panel.marked = where;
   }
-  chart.panels = {above, below};
   return chart;
+}
+
+// The condition by which runs differ most, with a value for each place; where there is none their order.
+struct Abscissa {
+  std::string name, label;
+  std::vector<double> values;
+};
+Abscissa abscissa_of(const std::vector<Place>& places) {
+  Abscissa best{"", "run, in the order of the recording", {}};
+  std::size_t most = 1;
+  for (const auto& [name, first] : places.front().run->conditions) {
+    std::set<double> different;
+    std::vector<double> values;
+    for (const Place& place : places)
+      if (const auto found = place.run->conditions.find(name); found != place.run->conditions.end()) values.push_back(found->second), different.insert(found->second);
+    if (values.size() < places.size() || different.size() <= most) continue;
+    most = different.size();
+    const auto known = std::find_if(condition_names.begin(), condition_names.end(), [&](const ConditionName& one) { return name == one.name; });
+    const Key* key = find_key(split_path(name));
+    std::string unit = known != condition_names.end() ? known->unit : key != nullptr ? key->unit : "1";
+    if (unit == "rad") {
+      unit = "°";
+      for (double& x : values) x *= 180 / std::numbers::pi;
+    }
+    std::string words = name;
+    std::replace(words.begin(), words.end(), '_', ' ');
+    best = {words, with_unit(words, spoken_unit(unit)), values};
+  }
+  if (best.values.empty())
+    for (std::size_t k = 0; k < places.size(); ++k) best.values.push_back(static_cast<double>(k + 1));
+  return best;
+}
+
+// Runs of a few samples each: all of them in one chart, over what they differ by.
+Chart chart_over_runs(const std::vector<Place>& places, Channel channel, const SideBySide& sides, const Abscissa& x) {
+  struct Point {
+    double x, recorded, before, after, rest_before, rest_after;
+    bool sealed;
+  };
+  std::vector<Point> points;
+  for (std::size_t p = 0; p < places.size(); ++p) {
+    Eigen::Index row = 0;
+    for (const Series& series : places[p].run->series)
+      for (std::size_t k = 0; k < series.value.size(); ++k, ++row) {
+        if (series.channel != channel) continue;
+        const double sd = deviation_at(series, k, sides.noise), before = places[p].before->rest[row], after = places[p].after->rest[row];
+        points.push_back({x.values[p], series.value[k], series.value[k] - before, series.value[k] - after, before / sd, after / sd, places[p].sealed});
+      }
+  }
+  std::stable_sort(points.begin(), points.end(), [](const Point& a, const Point& b) { return a.x < b.x; });
+  const auto curve = [&](const std::string& name, auto&& value, auto&& wanted, bool joined, int colour) {
+    Curve c{name, {}, {}, {}, {}, true, joined, colour};
+    for (const Point& point : points)
+      if (wanted(point)) c.x.push_back(point.x), c.y.push_back(value(point));
+    return c;
+  };
+  const auto any = [](const Point&) { return true; };
+  Panel above{x.label, with_unit(name_of(channel), spoken_unit(unit_of(channel))), false, false, {}}, below{x.label, "residual over noise", false, false, {}};
+  above.curves.push_back(curve("recorded", [](const Point& p) { return p.recorded; }, [](const Point& p) { return !p.sealed; }, false, 4));
+  above.curves.push_back(curve("recorded, sealed", [](const Point& p) { return p.recorded; }, [](const Point& p) { return p.sealed; }, false, 3));
+  if (!sides.one) above.curves.push_back(curve(sides.before_name, [](const Point& p) { return p.before; }, any, true, 1));
+  above.curves.push_back(curve(sides.after_name, [](const Point& p) { return p.after; }, any, true, 0));
+  std::erase_if(above.curves, [](const Curve& c) { return c.x.empty(); });
+  for (Curve& c : above.curves)
+    if (c.joined) c.marks = false;
+  below.curves.push_back({"noise ± 2 sd", {points.front().x, points.back().x}, {0, 0}, {-2, -2}, {2, 2}, false, true, 4});
+  if (!sides.one) below.curves.push_back(curve("", [](const Point& p) { return p.rest_before; }, any, false, 1));
+  below.curves.push_back(curve("", [](const Point& p) { return p.rest_after; }, any, false, 0));
+  return {"diagnosis.png", fmt::format("{} of all runs", name_of(channel)), {above, below}};
 }
 
 }  // namespace
@@ -162,9 +245,14 @@ SideBySide side_by_side(const Experiment& experiment, const Diagnosis& d, Thread
   s.train_before = d.baseline, s.train_after = d.best;
   s.sealed_before = d.sealed_baseline, s.sealed_after = d.sealed_best;
   s.before_name = d.baseline.moved.empty() ? "the case" : "the case, calibrated";
-  if (d.verdict == Verdict::omitted_physics) s.after_name = fmt::format("with {}", fmt::join(d.effects, " and "));
-  else if (d.verdict == Verdict::unexplained && !d.best.settings.empty()) s.after_name = "with the learnt force";
-  else s.after_name = s.before_name, s.one = true;
+  if (d.verdict == Verdict::omitted_physics) {
+    s.after_name = fmt::format("with {}", fmt::join(d.effects, " and "));
+    std::replace(s.after_name.begin(), s.after_name.end(), '_', ' ');
+  } else if (d.verdict == Verdict::unexplained && !d.best.settings.empty()) {
+    s.after_name = "with the learnt force";
+  } else {
+    s.after_name = s.before_name, s.one = true;
+  }
   if (d.verdict == Verdict::parameters_only) {
     s.one = false;
     s.before_name = "the case as it stands", s.after_name = "calibrated";
@@ -199,6 +287,21 @@ std::vector<RunMisfit> misfit_by_run(const Experiment& experiment, const SideByS
 std::vector<RunChart> telling_runs(const Experiment& experiment, const Diagnosis& d, const SideBySide& sides) {
   const std::vector<Place> places = places_of(experiment, sides);
   std::vector<RunChart> charts;
+  if (places.empty()) return charts;
+  std::map<Channel, double> change;
+  std::size_t longest = 0;
+  for (const Place& place : places) {
+    for (const auto& [channel, weight] : place.change) change[channel] += weight;
+    for (const Series& series : place.run->series) longest = std::max(longest, series.value.size());
+  }
+  constexpr std::size_t short_run = 4;
+  if (places.size() > 3 && longest <= short_run) {
+    Channel channel = std::max_element(change.begin(), change.end(), [](const auto& a, const auto& b) { return a.second < b.second; })->first;
+    for (const auto& [one, weight] : change)
+      if (d.where.channel == name_of(one)) channel = one;
+    const Abscissa x = abscissa_of(places);
+    return {{x.name.empty() ? "in their order" : "by " + x.name, "", false, chart_over_runs(places, channel, sides, x), ""}};
+  }
   std::vector<const Place*> used;
   const auto show = [&](const std::string& why, auto&& value) {
     const Place* best = nullptr;
@@ -210,7 +313,9 @@ std::vector<RunChart> telling_runs(const Experiment& experiment, const Diagnosis
     Channel channel = std::max_element(best->change.begin(), best->change.end(), [](const auto& a, const auto& b) { return a.second < b.second; })->first;
     for (const auto& [one, weight] : best->change)
       if (d.where.channel == name_of(one)) channel = one;
-    charts.push_back({why, best->run->label, best->sealed, chart_of(*best, channel, d, sides, fmt::format("{} of run {}", name_of(channel), best->run->label))});
+    RunChart shown{why, best->run->label, best->sealed, {}, ""};
+    shown.chart = chart_of(*best, channel, d, sides, fmt::format("{} of run {}", name_of(channel), best->run->label), shown.cut);
+    charts.push_back(std::move(shown));
   };
   if (sides.one) {
     const auto misfit = [](const Place& p) { return p.all_left / p.samples; };
@@ -219,7 +324,8 @@ std::vector<RunChart> telling_runs(const Experiment& experiment, const Diagnosis
   } else {
     show("where it matters most", [&](const Place& p) { return p.sealed || (!d.where.run.empty() && p.run->label != d.where.run) ? 0 : p.all_change; });
     show("sealed: the fit has not seen it", [&](const Place& p) { return p.sealed ? p.all_change : 0; });
-    show("where most is left afterwards", [&](const Place& p) { return p.all_left / p.samples; });
+    constexpr double noticeable = 1.3;  // mean square over the noise
+    show("where most is left afterwards", [&](const Place& p) { return p.all_left > noticeable * p.samples ? p.all_left / p.samples : 0; });
   }
   return charts;
 }

@@ -25,11 +25,13 @@ struct RunMisfit {
 };
 std::vector<RunMisfit> misfit_by_run(const Experiment& experiment, const SideBySide& sides, ThreadTeam& team);
 
-// One run: above what was recorded and both simulations, below the residuals over the noise.
+// One run, in panels below each other: what was recorded and both simulations; what the one before leaves over the noise, and what the one after adds; what
+// that leaves.
 struct RunChart {
-  std::string why, run;  // why it is shown, in words
+  std::string why, run;  // why it is shown, in words; no run: all of them
   bool sealed = false;
   Chart chart;
+  std::string cut;       // what does not fit into the frames, in words
 };
 // The run of training that tells most, the sealed one that does, and the one that fits worst afterwards.
 std::vector<RunChart> telling_runs(const Experiment& experiment, const Diagnosis& diagnosis, const SideBySide& sides);

@@ -465,6 +465,7 @@ vtkPlot* add_line(vtkChartXY* chart, const std::string& name, const std::vector<
   vtkNew<vtkTable> table;
   vtkNew<vtkDoubleArray> xs, ys;
   fill(xs, "x", x), fill(ys, name.c_str(), y);
+  if (x.size() == 1) xs->InsertNextValue(x[0]), ys->InsertNextValue(y[0]);  // VTK draws no line of one point, but says so
   table->AddColumn(xs), table->AddColumn(ys);
   vtkPlot* line = chart->AddPlot(vtkChart::LINE);
   line->SetInputData(table, 0, 1);
@@ -474,7 +475,8 @@ vtkPlot* add_line(vtkChartXY* chart, const std::string& name, const std::vector<
   return line;
 }
 
-void add_band(vtkChartXY* chart, const std::vector<double>& x, const std::vector<double>& low, const std::vector<double>& high, const Colour& colour) {
+void add_band(vtkChartXY* chart, const std::vector<double>& x, const std::vector<double>& low, const std::vector<double>& high, const Colour& colour,
+              double opacity = 0.30) {
   vtkNew<vtkTable> table;
   vtkNew<vtkDoubleArray> xs, band;
   fill(xs, "x", x);
@@ -486,7 +488,7 @@ void add_band(vtkChartXY* chart, const std::vector<double>& x, const std::vector
   bag->SetInputData(table, 0, 1);
   bag->GetPen()->SetColorF(colour[0], colour[1], colour[2]);  // VTK fills the bag with the colour of its pen
   bag->GetPen()->SetLineType(vtkPen::NO_PEN);
-  bag->GetBrush()->SetColorF(colour[0], colour[1], colour[2], 0.30);
+  bag->GetBrush()->SetColorF(colour[0], colour[1], colour[2], opacity);
   bag->SetLegendVisibility(false);
 }
 
@@ -550,7 +552,7 @@ void fill_panel(vtkChartXY* chart, const Panel& panel, double tall) {
   if (panel.marked && !panel.log_x && y_range.low < y_range.high) {
     // From far below to far above: the legend may still ask for room.
     const double beyond = 10 * (y_range.high - y_range.low), low = y_range.low - beyond, high = y_range.high + beyond;
-    add_band(chart, {(*panel.marked)[0], (*panel.marked)[1]}, {low, low}, {high, high}, palette[5]);
+    add_band(chart, {(*panel.marked)[0], (*panel.marked)[1]}, {low, low}, {high, high}, palette[5], 0.15);
   }
   for (std::size_t k = 0; k < curves.size(); ++k) {
     const Shown& c = curves[k];
@@ -571,7 +573,7 @@ void fill_panel(vtkChartXY* chart, const Panel& panel, double tall) {
     if (panel.curves[k].marks && !panel.curves[k].joined) line->GetPen()->SetLineType(vtkPen::NO_PEN);
     if (auto* points = vtkPlotPoints::SafeDownCast(line); points && panel.curves[k].marks) {
       points->SetMarkerStyle(vtkPlotPoints::CIRCLE);
-      points->SetMarkerSize((panel.curves[k].small ? 3.5f : 8.0f) * finer);
+      points->SetMarkerSize((panel.curves[k].small ? 4.0f : 8.0f) * finer);
     }
   }
   const auto named = std::count_if(panel.curves.begin(), panel.curves.end(), [](const Curve& curve) { return !curve.name.empty(); });

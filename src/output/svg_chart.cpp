@@ -10,7 +10,7 @@ namespace {
 
 // In units of the picture, of which a phone shows about 0.8 pixels each.
 constexpr double width = 440, type = 12, letter = 6.7, right_room = 12, panel_gap = 30;
-constexpr double first_height = 170, further_height = 110;
+constexpr double first_height = 160, further_height = 105;
 constexpr std::size_t most_points = 700;  // of a curve: more than can be told apart
 
 std::string hex(const Colour& c) {
@@ -136,7 +136,7 @@ std::string legend_of(const Chart& chart, double& height) {
                                     : fmt::format("<path d=\"M0 -4H18\" stroke=\"{}\" stroke-width=\"{}\"/>", colour, curve.lower.empty() ? 2.0 : 6.0));
     }
   }
-  if (marked) place("where they differ", fmt::format("<rect x=\"1\" y=\"-10\" width=\"16\" height=\"12\" fill=\"{}\" fill-opacity=\"0.25\"/>", hex(palette[5])));
+  if (marked) place("where they differ", fmt::format("<rect x=\"1\" y=\"-10\" width=\"16\" height=\"12\" fill=\"{}\" fill-opacity=\"0.15\"/>", hex(palette[5])));
   height = svg.empty() ? 0 : line + 8;
   return svg;
 }
@@ -193,7 +193,7 @@ std::string svg_of(const Chart& chart) {
     svg += text_at(left, top + type, panel.y_label);
     if (panel.marked && !panel.log_x) {
       const double from = std::clamp(x.of((*panel.marked)[0]), x.start, x.end), to = std::clamp(x.of((*panel.marked)[1]), x.start, x.end);
-      svg += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"{}\" fill-opacity=\"0.25\"/>", from, y.end, std::max(to - from, 2.0), y.start - y.end, hex(palette[5]));
+      svg += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"{}\" fill-opacity=\"0.15\"/>", from, y.end, std::max(to - from, 2.0), y.start - y.end, hex(palette[5]));
     }
     svg += grid(x, y, labelled);
     for (std::size_t c = 0; c < panel.curves.size(); ++c) svg += curve_in(panel.curves[c], panel, x, y, colour_of(panel, c));
