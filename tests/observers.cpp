@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <optional>
 #include <type_traits>
 
 #include "scene.hpp"
@@ -77,6 +78,14 @@ struct Bytes {
       item(copy);
       item(value);
     }
+  }
+  template <class T>
+  void item(std::optional<T>& o) {
+    bool there = o.has_value();
+    item(there);
+    if (there && !o) o.emplace();
+    if (!there) o.reset();
+    if (there) item(*o);
   }
   void raw(void* p, std::size_t n) {
     if (reading) {
