@@ -307,6 +307,7 @@ ObserverSettings read_observers(const Values& v, Case& c) {
     for (const double id : v.numbers("observe.track")) o.track.push_back(static_cast<int>(id));
   o.track_interval = v.number("observe.track_interval");
   if (o.track_interval == 0) o.track_interval = 1e-3 * c.duration;
+  if (v.flag("observe.signal")) o.signal = c.instrument;
   o.contact_history = v.flag("observe.contact_history");
   o.fragments = v.flag("observe.fragments");
   o.fragment_interval = v.number_if("observe.fragment_interval").value_or(c.duration / 1000);

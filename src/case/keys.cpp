@@ -256,7 +256,8 @@ constexpr Key table[] = {
     {"observe.angle_cells", whole, "1", "120", {12, 3600}, "", "Cells of the polar fields around the mill", ""},
     {"observe.radius_cells", whole, "1", "20", {2, 1000}, "", "Cells of the polar fields along the radius", ""},
     {"observe.track", wholes, "1", "", {0, 2e9}, "", "Particles (ids: order of insertion, from 0) whose place, velocity and spin are written against time, track.csv", ""},
-    {"observe.track_interval", number, "s", "0", not_negative, "", "Time between rows of track.csv; 0: a thousandth of the run", ""},
+    {"observe.track_interval", number, "s", "0", not_negative, "", "Time between rows of track.csv and signal.csv; 0: a thousandth of the run", ""},
+    {"observe.signal", flag, "", "false", any, "", "Write what the instruments show of the first particle, signal.csv: place, velocity, spin, and force and displacement at the nearest wall", ""},
     {"observe.loading", names, "", "", any, "", "Walls that load a specimen of bonded grains: their way and force against time, loading.csv; headline numbers are those of the first", ""},
     {"observe.loading_interval", number, "s", "", positive, "", "Those forces are averaged over this long; default: a five-hundredth of the duration", ""},
     {"observe.strain", flag, "", "false", any, "", "Strain along and across the motion of the first of them, in the middle half of the specimen", ""},
@@ -267,7 +268,6 @@ constexpr Key table[] = {
     {"observe.impact_direction", vector, "1", "", any, "", "Direction with which those of cracks are compared; default: that in which the bodies move at the start, else down", ""},
     {"observe.line.point", vector, "m", "", any, "", "A point of the line of the velocity profile; default: through the mill's centre, across the free surface", ""},
     {"observe.line.direction", vector, "1", "", any, "", "Direction of that line", ""},
-    {"observe.signal", flag, "", "false", any, "", "Write what the instruments show of the first particle, signal.csv: place, velocity, spin, and force and displacement at the nearest wall", ""},
 
     // What shows it: none of this acts on the motion
     {"instrument.clock_shift", number, "s", "0", any, "", "By which the clock of the recording is late: what it shows at t happened at t − shift", ""},
@@ -279,9 +279,9 @@ constexpr Key table[] = {
 
     // A comparison with recordings (quern diagnose)
     {"diagnose.free", names, "", "", any, "", "Keys of the case that may be calibrated, such as \"pair.ball.plate.restitution\"; gravity.z names a component of a vector", ""},
-    {"diagnose.bounds.<key>", numbers, "1", "", any, "", "[least, greatest] of a free key, in its SI unit; default: the key's range, within a factor ten of the case's value", ""},
     {"diagnose.initial_state", word, "", "\"recording\"", any, "recording case", "Trajectories begin with a place and velocity estimated from each run (and the spin, where it is recorded), or as the case and the conditions say", ""},
     {"diagnose.held_out", number, "1", "0.25", {0, 0.8}, "", "Part of the runs that is sealed for the last check, where the recording has no column held_out", ""},
+    {"diagnose.bounds.<key>", numbers, "1", "", any, "", "[least, greatest] of a free key, in its SI unit; default: the key's range, within a factor ten of the case's value", ""},
 };
 
 bool is_placeholder(std::string_view segment) { return segment.starts_with('<'); }

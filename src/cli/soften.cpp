@@ -70,6 +70,7 @@ int soften(const SoftenWords& words) {
   fmt::print("Case        {}, {:.4g} s, {} particles\n", as_is.c.name, as_is.c.duration, as_is.particles);
   print_run("As it is", report.as_is);
   print_run("Softer", report.softer);
+  if (!as_is.c.bonds.empty()) fmt::print("Bonds       are not softened: the energy at which they fail, and with it what breaks, follows from their stiffness.\n");
   std::fflush(stdout);
   const std::string softer_name = fmt::format("softer_{:.6g}", words.factor);
   std::vector<Point> points = {{words.file, common, (fs::path(directory) / "as_is").string(), as_is.c.text, false, 0, 0, "as it is"},

@@ -84,6 +84,20 @@ bool Comparison::predict(std::size_t run, const Alteration& altered, const std::
   return rest.allFinite();
 }
 
+Whitened Comparison::independent(std::size_t run, const RunLinear& linear, const Noise& noise) const {
+  Whitened w{linear.rest, linear.unknowns, linear.shared, 0};
+  Row row = 0;
+  for (const Series& series : experiment_->recording().runs[run].series) {
+    const auto n = static_cast<Row>(series.value.size());
+    const Whitening whitening = whitening_of(series, noise[static_cast<std::size_t>(series.channel)]);
+    whiten(whitening, w.rest.segment(row, n));
+    if (w.unknowns.cols() > 0) whiten(whitening, w.unknowns.middleRows(row, n));
+    if (w.shared.cols() > 0) whiten(whitening, w.shared.middleRows(row, n));
+    row += n;
+  }
+  return w;
+}
+
 Whitened Comparison::whitened(std::size_t run, const RunLinear& linear, const Noise& noise, double horizon) const {
   Whitened w{linear.rest, linear.unknowns, linear.shared, 0};
   const RecordedRun& recorded = experiment_->recording().runs[run];
@@ -215,7 +229,8 @@ void Comparison::estimate_noise(Fit& fit, const FitOptions& options) const {
         deviation = std::max(next, 1e-300);
         if (done) break;
       }
-      trial.deviation = has_deviations ? std::max(deviation, 0.3) : std::max(deviation, least);
+      // Told deviations are taken at their word, nearly.
+      trial.deviation = has_deviations ? std::clamp(deviation, 0.7, 1.4) : std::max(deviation, least);
     };
     const auto quality = [&](ChannelNoise trial) {
       settle(trial);
@@ -246,6 +261,43 @@ void Comparison::estimate_noise(Fit& fit, const FitOptions& options) const {
       }
     }
     own.correlation = best_phi < 0.02 ? 0 : best_phi;
+    if (own.correlation > 0) {
+      // A white part beside the slow one, which then lasts longer. It must be worth more than a number.
+      ChannelNoise found = own;
+      found.white = 0;
+      double most = quality(found) + 2;
+      for (double white : {0.1, 0.3, 0.6, 0.85})
+        for (double longer : {0.0, 0.4, 0.8, 1.3}) {
+          ChannelNoise trial = own;
+          trial.white = white;
+          trial.correlation = std::min(std::tanh(std::atanh(own.correlation) + longer), 0.97);
+          if (const double q = quality(trial); q > most) most = q, found = trial;
+        }
+      own = found;
+    } else {
+      own.white = 0;
+    }
+    // A clock that trembles: worth it only where it tells more than a number would.
+    {
+      std::vector<double> rates;  // over the told deviations
+      for (const std::size_t run : fit.runs)
+        for (const Series& series : recording.runs[run].series)
+          if (static_cast<std::size_t>(series.channel) == c)
+            for (std::size_t k = 0; k < series.rate.size(); ++k) rates.push_back(series.rate[k] / (series.deviation.empty() ? 1 : series.deviation[k]));
+      const double typical = robust_deviation(rates);
+      ChannelNoise steady = own;
+      steady.jitter = 0;
+      double best_jitter = 0;
+      best = quality(steady) + 3;
+      if (typical > 0)
+        for (double part : {0.3, 0.6, 1.2, 2.5, 5.0, 12.0, 40.0}) {
+          ChannelNoise trial = own;
+          trial.jitter = part / typical;
+          const double q = quality(trial);
+          if (q > best) best = q, best_jitter = trial.jitter;
+        }
+      own.jitter = best_jitter;
+    }
     if (options.tails) {
       double best_tail = own.tail;
       best = -infinite;
@@ -369,8 +421,8 @@ void Comparison::settle(Fit& fit, const FitOptions& options, bool& noise_known) 
     estimate_noise(fit, options);
     double change = 0;
     for (std::size_t c = 0; c < channel_count; ++c)
-      change = std::max({change, std::abs(std::log(fit.noise[c].deviation / before[c].deviation)), std::abs(fit.noise[c].correlation - before[c].correlation),
-                         std::abs(1 / fit.noise[c].tail - 1 / before[c].tail)});
+      change = std::max({change, std::abs(std::log(fit.noise[c].deviation / before[c].deviation)), std::abs(fit.noise[c].correlation - before[c].correlation), std::abs(fit.noise[c].white - before[c].white),
+                         std::abs(1 / fit.noise[c].tail - 1 / before[c].tail), fit.noise[c].jitter == before[c].jitter ? 0.0 : 1.0});
     if (change < 0.01) break;
   }
 }
@@ -434,6 +486,10 @@ Fit Comparison::fit(const std::vector<Parameter>& moved, const std::vector<Setti
 
 Noise Comparison::settled_noise(const Fit& fit, const std::vector<std::vector<VectorXd>>& columns) const {
   constexpr std::size_t most_waves = 6, samples_per_wave = 8;
+  // Where samples are few, the columns would take all of them.
+  std::size_t unknowns = fit.moved.size();
+  for (const RunLinear& linear : fit.linear) unknowns += static_cast<std::size_t>(linear.unknowns.cols());
+  if (fit.samples < 3 * (columns.size() + unknowns)) return fit.noise;
   Fit wide;
   wide.moved = fit.moved, wide.runs = fit.runs, wide.noise = fit.noise, wide.linear = fit.linear, wide.samples = fit.samples;
   for (std::size_t r = 0; r < fit.runs.size(); ++r) {
@@ -459,7 +515,11 @@ Noise Comparison::settled_noise(const Fit& fit, const std::vector<std::vector<Ve
       row += static_cast<Row>(n);
     }
   }
-  // The residual as those columns leave it, to begin with.
+  // The residual as those columns leave it, to begin with as if the noise were white: what is slow is theirs first.
+  for (const std::size_t c : channels_of(experiment_->recording())) {
+    ChannelNoise& one = wide.noise[c];
+    one.correlation = 0, one.white = 0, one.jitter = 0, one.tail = std::min(one.tail, 8.0);
+  }
   for (int round = 0; round < 2; ++round) {
     Fit left = wide;
     Row total = 0;

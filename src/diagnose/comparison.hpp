@@ -67,6 +67,9 @@ class Comparison {
 
   Whitened whitened(std::size_t run, const RunLinear& linear, const Noise& noise, double horizon = 1) const;
 
+  // The same without weights.
+  Whitened independent(std::size_t run, const RunLinear& linear, const Noise& noise) const;
+
   // The noise about a fit, judged by what is left when the residuals may also follow any of the columns (by place in the fit's runs) and a few smooth
   // waves of each run: physics that the fit lacks is not taken for noise.
   Noise settled_noise(const Fit& fit, const std::vector<std::vector<Eigen::VectorXd>>& columns) const;

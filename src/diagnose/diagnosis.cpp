@@ -123,7 +123,7 @@ class Investigation {
   static double change_between(const Noise& a, const Noise& b) {
     double change = 0;
     for (std::size_t c = 0; c < channel_count; ++c)
-      change = std::max({change, std::abs(std::log(a[c].deviation / b[c].deviation)), std::abs(std::atanh(a[c].correlation) - std::atanh(b[c].correlation)), std::abs(1 / a[c].tail - 1 / b[c].tail)});
+      change = std::max({change, std::abs(std::log(a[c].deviation / b[c].deviation)), std::abs(std::atanh(a[c].correlation) - std::atanh(b[c].correlation)), std::abs(1 / a[c].tail - 1 / b[c].tail), a[c].jitter == b[c].jitter ? 0.0 : 1.0});
     return change;
   }
 
@@ -320,6 +320,7 @@ class Investigation {
   void judge_baseline() {
     sizes_ = sizes_of(comparison_, d_.baseline);
     candidates_ = candidates_for(comparison_, d_.baseline, sizes_);
+    reynolds_ = 2 * sizes_.radius * sizes_.speed * experiment_.base().number("medium.density") / experiment_.base().number("medium.viscosity");
     directions_ = directions_about(d_.baseline, {});
     d_.baseline.noise = noise_about(d_.baseline, directions_);
     d_.baseline = d_.best = comparison_.fit(free_, {}, train_, &d_.baseline, noise_given());
@@ -382,7 +383,9 @@ class Investigation {
     if (c.free_form) return std::log(prior_unknown / std::max<double>(1, static_cast<double>(free_forms_)));
     double forms = 0;
     for (const Candidate& other : candidates_) forms += other.effect == c.effect ? 1 : 0;
-    return std::log(prior_one / effects_count() / std::max(1.0, forms));
+    // Stokes' law far beyond its Reynolds numbers would be a wonder.
+    const double wonder = c.effect != "viscous_drag" ? 0 : reynolds_ > 5e4 ? 15 : reynolds_ > 1e3 ? 2 : 0;
+    return std::log(prior_one / effects_count() / std::max(1.0, forms)) - wonder;
   }
 
   // Fits a candidate with every free parameter, from each start given; the best is kept.
@@ -540,6 +543,80 @@ class Investigation {
     return residuals.family_p(options_.seed + 1);
   }
 
+  // Runs of one body: alike in mass, diameter and density.
+  std::map<std::array<double, 3>, std::vector<std::size_t>> bodies() const {
+    std::map<std::array<double, 3>, std::vector<std::size_t>> found;
+    const Recording& recording = experiment_.recording();
+    for (std::size_t r = 0; r < recording.runs.size(); ++r) {
+      std::array<double, 3> body{};
+      std::size_t at = 0;
+      for (const char* name : {"mass", "diameter", "density"}) {
+        const auto condition = recording.runs[r].conditions.find(name);
+        body[at++] = condition == recording.runs[r].conditions.end() ? 0 : condition->second;
+      }
+      found[body].push_back(r);
+    }
+    return found;
+  }
+
+  // What the labels of some runs begin with alike.
+  std::string common_label(const std::vector<std::size_t>& runs) const {
+    std::string label = experiment_.recording().runs[runs.front()].label;
+    for (const std::size_t r : runs) {
+      const std::string& other = experiment_.recording().runs[r].label;
+      std::size_t same = 0;
+      while (same < std::min(label.size(), other.size()) && label[same] == other[same]) ++same;
+      label.resize(same);
+    }
+    while (!label.empty() && std::string("/ -_.#").find(label.back()) != std::string::npos) label.pop_back();
+    return label.empty() ? experiment_.recording().runs[runs.front()].label : label;
+  }
+
+  // A coefficient that belongs to the body (its skin, its shape) may differ from body to body, where each was recorded at least twice.
+  void try_by_body() {
+    const auto groups = bodies();
+    if (groups.size() < 2 || std::any_of(groups.begin(), groups.end(), [](const auto& group) { return group.second.size() < 2; })) return;
+    std::vector<Tried> of_bodies;
+    for (const Tried& t : d_.ranking) {
+      const std::set<std::string> names = {"air_drag", "viscous_drag", "magnus", "rolling_resistance", "sliding_friction"};
+      const bool seen = std::any_of(of_bodies.begin(), of_bodies.end(), [&](const Tried& other) { return other.effects == t.effects; });
+      if (t.effects.size() == 1 && names.count(t.effects.front()) > 0 && t.candidate.parameters.size() == 1 && !seen) of_bodies.push_back(t);
+    }
+    for (const Tried& t : of_bodies) try_by_body(t, groups);
+    weigh();
+  }
+
+  void try_by_body(const Tried& winner, const std::map<std::array<double, 3>, std::vector<std::size_t>>& groups) {
+    Candidate c = winner.candidate;
+    const Parameter whole = c.parameters[0];
+    c.parameters.clear();
+    c.form = c.form.empty() ? "each body its own" : c.form + ", each body its own";
+    std::vector<double> start;
+    for (const auto& [body, runs] : groups) {
+      Parameter own = whole;
+      own.name = whole.name + "@" + common_label(runs);
+      own.runs = runs;
+      c.parameters.push_back(own);
+      start.push_back(winner.fit.shared.back());
+    }
+    auto tried = attempt(c, {start}, d_.baseline);
+    if (!tried) return;
+    for (const Candidate& distortion : candidates_) {
+      if (distortion.effect != "camera_distortion") continue;
+      if (auto both = attempt(distortion, distortion.probes, tried->fit)) add_beside(*tried, distortion, std::move(*both));
+    }
+    d_.ranking.push_back(std::move(*tried));
+  }
+
+  // A scale that bends is not physics, but it may stand beside it.
+  void add_beside(const Tried& first, const Candidate& distortion, Tried both) {
+    both.effects = first.effects;
+    both.candidate = first.candidate;
+    both.candidate.settings.insert(both.candidate.settings.end(), distortion.settings.begin(), distortion.settings.end());
+    both.candidate.form += (first.candidate.form.empty() ? "" : ", ") + ("beside " + distortion.form);
+    d_.ranking.push_back(std::move(both));
+  }
+
   // Two effects: the best ones, each with what its residual asks for.
   void try_pairs() {
     std::vector<Tried> firsts;
@@ -558,7 +635,7 @@ class Investigation {
         double strongest = 0;
         for (std::size_t k = 0; k < directions.size(); ++k)
           if (directions[k].candidate == static_cast<int>(c)) strongest = std::max(strongest, scores[k].statistic);
-        if (strongest > 8 && !candidates_[c].rival) order.push_back({-strongest, c});
+        if (strongest > 8 && (!candidates_[c].rival || candidates_[c].effect == "camera_distortion")) order.push_back({-strongest, c});
       }
       std::sort(order.begin(), order.end());
       for (std::size_t k = 0; k < std::min<std::size_t>(3, order.size()); ++k) {
@@ -568,6 +645,10 @@ class Investigation {
         auto tried = attempt(second, starts, first.fit);
         if (!tried) continue;
         tried->effects = {first.candidate.effect, second.effect};
+        if (second.rival) {
+          add_beside(first, second, std::move(*tried));
+          continue;
+        }
         tried->candidate.settings.insert(tried->candidate.settings.begin(), first.candidate.settings.begin(), first.candidate.settings.end());
         d_.ranking.push_back(std::move(*tried));
       }
@@ -586,12 +667,31 @@ class Investigation {
     return nullptr;
   }
 
+  // The noise is known better about the best explanation than about the baseline: is the baseline still refuted?
+  bool still_refuted() {
+    Residuals residuals(comparison_, d_.baseline, numerical_);
+    for (const Direction& direction : directions_) residuals.score(direction);
+    for (const Direction& direction : plain_directions(d_.baseline)) residuals.score(direction);
+    d_.adequacy_p = residuals.family_p(options_.seed);
+    return d_.adequacy_p <= family_level;
+  }
+
   void choose() {
+    if (!still_refuted()) {
+      d_.best = d_.baseline;
+      return nothing_more();
+    }
     if (d_.ranking.empty()) return unexplained(nullptr);
     const Tried* named = best_named();
     if (named == nullptr) return unexplained(best_free());
     d_.remaining_p = remaining_of(*named);
     const auto better_free = [&] { const Tried* free = best_free(); return free != nullptr && free->bic < best_named()->bic - 6; };
+    if (d_.remaining_p < family_level) {
+      try_by_body();
+      settle_noise();
+      named = best_named();
+      d_.remaining_p = remaining_of(*named);
+    }
     if (d_.remaining_p < family_level || better_free()) {
       try_pairs();
       named = best_named();
@@ -605,7 +705,20 @@ class Investigation {
     d_.effects = named->effects;
     d_.form = named->candidate.form;
     d_.best = named->fit;
+    tell_bodies(*named);
     look_alikes(*named);
+  }
+
+  // Which bodies need the effect, where each has its own strength.
+  void tell_bodies(const Tried& winner) {
+    std::vector<std::string> with, without;
+    for (std::size_t k = 0; k < winner.fit.moved.size(); ++k) {
+      const Parameter& p = winner.fit.moved[k];
+      if (p.runs.empty()) continue;
+      const bool needed = std::abs(winner.fit.shared[k] - p.value) > 2.6 * winner.fit.deviation(k) && winner.fit.shared[k] > p.lower;
+      (needed ? with : without).push_back(p.name.substr(p.name.find('@') + 1));
+    }
+    if (!with.empty()) d_.remarks.push_back(fmt::format("Needed by {}{}.", fmt::join(with, ", "), without.empty() ? "" : fmt::format("; not seen in {}", fmt::join(without, ", "))));
   }
 
   void look_alikes(const Tried& winner) {
@@ -625,6 +738,16 @@ class Investigation {
     for (const Tried& t : d_.ranking)
       if (t.candidate.rival && t.probability > winner.probability * std::exp(-alike_odds))
         d_.remarks.push_back(fmt::format("{} ({}) would do as well; the case calls it known.", t.candidate.effect, t.candidate.form));
+    const auto tried_as = [&](const std::string& effect) {
+      return std::find_if(d_.ranking.begin(), d_.ranking.end(), [&](const Tried& t) { return t.effects == std::vector<std::string>{effect}; });
+    };
+    if (const auto linear = tried_as("viscous_drag"); d_.effects == std::vector<std::string>{"air_drag"} && linear != d_.ranking.end() && reynolds_ > 1e3)
+      d_.remarks.push_back(fmt::format("A drag that is linear in the speed fits {} (ln of likelihood {:+.1f}); at Reynolds numbers of {:.0e} that would speak of the recording's scale, not of Stokes.",
+                                       linear->gain > winner.gain ? "better" : "worse", linear->gain - winner.gain, reynolds_));
+    if (winner.candidate.form.find("beside") != std::string::npos)
+      d_.remarks.push_back("The scale of the recording bends as well, in the same way for all runs; for one body alone that and the effect could not be told apart.");
+    if (const auto gravity = tried_as("gravity"); gravity != d_.ranking.end())
+      d_.remarks.push_back(fmt::format("Setting gravity free instead would leave {:.1f} of ln likelihood unexplained (g = {:.3g} m/s²).", winner.gain - gravity->gain, gravity->fit.shared.back()));
     if (!d_.indistinguishable.empty())
       if (const EffectEntry* entry = find_effect(d_.effects.front()))
         d_.advice = fmt::format("To part {} from {}: {}.", d_.effects.front(), fmt::format("{}", fmt::join(d_.indistinguishable, ", ")), entry->experiment);
@@ -691,7 +814,7 @@ class Investigation {
   std::vector<Direction> directions_;
   std::vector<Score> scores_;
   std::size_t free_forms_ = 1;
-  double independent_ = 4;
+  double independent_ = 4, reynolds_ = 0;
   std::optional<Fit> select_baseline_;
   Diagnosis d_;
 };

@@ -42,6 +42,14 @@ Case as_geometry(Case c) {
   return c;
 }
 
+// What is altered in one run.
+Alteration in_run(const Alteration& altered, std::size_t run) {
+  Alteration own{{}, altered.settings};
+  for (const Change& change : altered.changes)
+    if (const auto& runs = change.parameter->runs; runs.empty() || std::find(runs.begin(), runs.end(), run) != runs.end()) own.changes.push_back(change);
+  return own;
+}
+
 double span_of(const Series& series) {
   const auto [least, most] = std::minmax_element(series.value.begin(), series.value.end());
   return *most - *least;
@@ -230,7 +238,7 @@ Experiment::Start Experiment::start_of(std::size_t r, const std::vector<double>&
 
 Values Experiment::values_of(std::size_t r, const Alteration& altered, const std::vector<double>& unknowns) const {
   Values values = prepared_[r].values;
-  alter(values, altered);
+  alter(values, in_run(altered, r));
   const Start start = start_of(r, unknowns);
   const std::string t = "insert." + insert_;
   values.put(t + ".positions", std::vector<Vec3>{start.position}, "fit");
@@ -242,7 +250,7 @@ Values Experiment::values_of(std::size_t r, const Alteration& altered, const std
 
 Case Experiment::case_for(std::size_t r, const Alteration& altered, const std::vector<double>& unknowns) const {
   Values values = prepared_[r].values;
-  alter(values, altered);
+  alter(values, in_run(altered, r));
   Case c = case_of(values);
   const Start start = start_of(r, unknowns);
   InsertCase::Ball& ball = c.inserts[0].balls[0];

@@ -18,6 +18,7 @@ struct Parameter {
   double value = 0;       // in the case
   double lower = 0, upper = 0;
   double scale = 1;       // a change that matters: fits count in it
+  std::vector<std::size_t> runs;  // in which it moves; empty: in all
   static constexpr int all_components = -2;
 };
 

@@ -7,16 +7,21 @@ namespace quern {
 
 Whitening whitening_of(const Series& series, const ChannelNoise& noise) {
   const auto n = static_cast<Eigen::Index>(series.value.size());
-  Whitening w{Eigen::VectorXd::Zero(n), Eigen::VectorXd::Ones(n), 0};
+  Whitening w{Eigen::VectorXd::Zero(n), Eigen::VectorXd::Ones(n), Eigen::VectorXd::Ones(n), 0};
   const double rate = noise.correlation > 0 ? -std::log(noise.correlation) / noise.spacing : 0;
+  const double white = noise.correlation > 0 ? noise.white : 1, variance = noise.deviation * noise.deviation;
+  double known = 0;  // variance of the slow part, over σ² and the told deviations
   for (Eigen::Index i = 0; i < n; ++i) {
     const auto k = static_cast<std::size_t>(i);
     const double own = series.deviation.empty() ? 1 : series.deviation[k];
-    double phi = 0;
-    if (i > 0 && noise.correlation > 0) phi = std::min(0.999, std::exp(-rate * (series.t[k] - series.t[k - 1])));
+    const double phi = i > 0 && rate > 0 ? std::min(0.999, std::exp(-rate * (series.t[k] - series.t[k - 1]))) : 0;
+    const double trembling = noise.jitter > 0 ? noise.jitter * series.rate[k] / own : 0;
+    const double slow = phi * phi * known + (1 - phi * phi) * (1 - white), sum = slow + white + trembling * trembling;
     const double before = i > 0 && !series.deviation.empty() ? series.deviation[k - 1] : own;
     w.carried[i] = phi * own / before;
-    w.scale[i] = noise.deviation * own * std::sqrt(1 - phi * phi);
+    w.gain[i] = slow / sum;
+    w.scale[i] = own * std::sqrt(variance * sum);
+    known = slow * (1 - w.gain[i]);
     w.log_scale += std::log(w.scale[i]);
   }
   return w;
@@ -24,8 +29,12 @@ Whitening whitening_of(const Series& series, const ChannelNoise& noise) {
 
 void whiten(const Whitening& w, Eigen::Ref<Eigen::MatrixXd> columns) {
   for (Eigen::Index c = 0; c < columns.cols(); ++c) {
-    for (Eigen::Index i = columns.rows() - 1; i > 0; --i) columns(i, c) = (columns(i, c) - w.carried[i] * columns(i - 1, c)) / w.scale[i];
-    if (columns.rows() > 0) columns(0, c) /= w.scale[0];
+    double slow = 0;
+    for (Eigen::Index i = 0; i < columns.rows(); ++i) {
+      const double expected = w.carried[i] * slow, fresh = columns(i, c) - expected;
+      slow = expected + w.gain[i] * fresh;
+      columns(i, c) = fresh / w.scale[i];
+    }
   }
 }
 

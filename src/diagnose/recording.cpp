@@ -16,6 +16,18 @@ constexpr std::array<const char*, channel_count> channel_units = {"m", "m", "m",
 constexpr std::array quaternion_names = {"qw", "qx", "qy", "qz"};
 constexpr std::size_t fewest_samples = 1;
 
+// Between the means of the two or so samples on either side.
+void find_rates(Series& series) {
+  const std::size_t n = series.value.size();
+  series.rate.assign(n, 0.0);
+  if (series.channel == Channel::impact || n < 5) return;
+  for (std::size_t k = 0; k < n; ++k) {
+    const std::size_t from = k >= 2 ? k - 2 : 0, to = std::min(n - 1, k + 2);
+    const double step = series.t[to] - series.t[from];
+    if (step > 0) series.rate[k] = (series.value[to] - series.value[from]) / step;
+  }
+}
+
 // One column of numbers, empty cells allowed.
 struct Column {
   int index = -1;
@@ -102,7 +114,8 @@ class Reader {
       if (name == one.name) return conditions_[name] = {k, factor_of(k, one.unit)}, true;
     const Key* key = find_key(split_path(name));
     if (key == nullptr || (key->kind != KeyKind::number && key->kind != KeyKind::whole)) return false;
-    conditions_[name] = {k, factor_of(k, key->unit)};
+    // Keys whose unit depends on an exponent have none in the table.
+    conditions_[name] = {k, std::string_view(key->unit) == "1" ? 1.0 : factor_of(k, key->unit)};
     return true;
   }
 
@@ -164,7 +177,7 @@ class Reader {
   void add_series(Channel channel, const std::vector<std::size_t>& rows, const std::vector<double>& times, RecordedRun& run) const {
     const auto c = static_cast<std::size_t>(channel);
     if (channels_[c].index < 0) return;
-    Series series{channel, {}, {}, {}};
+    Series series{channel, {}, {}, {}, {}};
     for (const std::size_t row : rows) {
       const std::optional<double> value = number(row, channels_[c]);
       if (!value) continue;
@@ -184,7 +197,7 @@ class Reader {
 
   void add_impacts(const std::vector<std::size_t>& rows, const std::vector<double>& times, RecordedRun& run) const {
     const auto c = static_cast<std::size_t>(Channel::impact);
-    Series series{Channel::impact, {}, {}, {}};
+    Series series{Channel::impact, {}, {}, {}, {}};
     for (const std::size_t row : rows) {
       const std::optional<double> count = number(row, channels_[c]);
       if (!count || *count < 1 || *count != std::floor(*count)) table_.refuse(row, channels_[c].index, "allowed is the number of the impact: 1, 2, 3 …");
@@ -200,7 +213,7 @@ class Reader {
   void add_spin(const std::vector<std::size_t>& rows, const std::vector<double>& times, RecordedRun& run, Recording& recording) const {
     for (const Column& column : quaternion_)
       if (column.index < 0) fail("found some of qw, qx, qy, qz; allowed are all four or none");
-    std::array<Series, 3> spin = {Series{Channel::wx, {}, {}, {}}, Series{Channel::wy, {}, {}, {}}, Series{Channel::wz, {}, {}, {}}};
+    std::array<Series, 3> spin = {Series{Channel::wx, {}, {}, {}, {}}, Series{Channel::wy, {}, {}, {}, {}}, Series{Channel::wz, {}, {}, {}, {}}};
     std::optional<Rotation> before;
     double time_before = 0;
     for (const std::size_t row : rows) {
@@ -269,6 +282,8 @@ const Series* RecordedRun::find(Channel channel) const {
 Recording read_recordings(const std::vector<std::string>& files) {
   Recording recording;
   for (const std::string& file : files) Reader(file).read(recording, file == files.front());
+  for (RecordedRun& run : recording.runs)
+    for (Series& series : run.series) find_rates(series);
   return recording;
 }
 

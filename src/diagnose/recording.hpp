@@ -26,6 +26,7 @@ struct Series {
   Channel channel;
   std::vector<double> t, value;
   std::vector<double> deviation;  // standard deviation of each value; empty: unknown
+  std::vector<double> rate;       // of change about each value: what a clock that trembles turns into noise
 };
 
 struct RecordedRun {

@@ -20,6 +20,19 @@ MatrixXd orthonormal(const MatrixXd& columns) {
   return qr.householderQ() * MatrixXd::Identity(columns.rows(), rank);
 }
 
+constexpr double clipped = 3;    // standard deviations
+
+// Of Student's t, cut at ±`clipped`.
+double clipped_variance(double tail) {
+  constexpr int pieces = 400;
+  double inside = 0, square = 0;
+  for (int k = 0; k < pieces; ++k) {
+    const double u = clipped * (k + 0.5) / pieces, density = std::exp(log_density(u, tail)) * 2 * clipped / pieces;
+    inside += density, square += density * u * u;
+  }
+  return square + std::max(0.0, 1 - inside) * clipped * clipped;
+}
+
 constexpr double hidden = 1e-3;  // a direction of which less is left is not seen
 
 }  // namespace
@@ -30,7 +43,9 @@ Residuals::Residuals(const Comparison& comparison, const Fit& fit, const std::ve
   Row rows = 0, taken = 0;
   std::vector<Whitened> white;
   for (std::size_t r = 0; r < fit.runs.size(); ++r) {
-    white.push_back(comparison.whitened(fit.runs[r], fit.linear[r], fit.noise));
+    white.push_back(comparison.independent(fit.runs[r], fit.linear[r], fit.noise));
+    // One wild point counts for a little; many in a row are no noise and count for much.
+    white.back().rest = white.back().rest.cwiseMax(-clipped).cwiseMin(clipped);
     first_.push_back(rows);
     rows += white.back().rest.size();
     own_.push_back(orthonormal(white.back().unknowns));
@@ -64,12 +79,11 @@ Residuals::Residuals(const Comparison& comparison, const Fit& fit, const std::ve
   shared_ = orthonormal(movable);
   rest_ -= shared_ * (shared_.transpose() * rest_);
   degrees_left_ = std::max(1.0, static_cast<double>(rows - taken - shared_.cols()));
-  // The slope of ln p has the variance (ν + 1)/(ν + 3) where the noise is Student's t.
   double told = 0;
   for (const std::size_t run : fit.runs)
     for (const Series& series : comparison.experiment().recording().runs[run].series) {
       const double tail = fit.noise[static_cast<std::size_t>(series.channel)].tail;
-      told += static_cast<double>(series.value.size()) * (tail + 1) / (tail + 3);
+      told += static_cast<double>(series.value.size()) * clipped_variance(tail);
     }
   spread_ = std::sqrt(told / static_cast<double>(rows));
 }
@@ -77,9 +91,8 @@ Residuals::Residuals(const Comparison& comparison, const Fit& fit, const std::ve
 VectorXd Residuals::stacked(const std::vector<VectorXd>& column) const {
   VectorXd all(rest_.size());
   for (std::size_t r = 0; r < fit_->runs.size(); ++r) {
-    // The weights are those of the residuals, so both go through together.
-    RunLinear pair{fit_->linear[r].rest, MatrixXd(column[r].size(), 0), column[r]};
-    all.segment(first_[r], column[r].size()) = comparison_->whitened(fit_->runs[r], pair, fit_->noise).shared;
+    const RunLinear one{column[r], MatrixXd(column[r].size(), 0), MatrixXd(column[r].size(), 0)};
+    all.segment(first_[r], column[r].size()) = comparison_->independent(fit_->runs[r], one, fit_->noise).rest;
   }
   return all;
 }
@@ -155,14 +168,21 @@ double Residuals::family_p(std::uint64_t seed, int repetitions) const {
     for (const std::size_t run : fit_->runs) {
       for (const Series& series : recording.runs[run].series) {
         const auto c = static_cast<std::size_t>(series.channel);
-        const double assumed = fit_->noise[c].correlation, phi = truth[c];
-        double before = random.normal();
-        noise[row++] = before;
-        for (std::size_t k = 1; k < series.value.size(); ++k) {
-          const double now = phi * before + std::sqrt(1 - phi * phi) * random.normal();
-          noise[row++] = (now - assumed * before) / std::sqrt(1 - assumed * assumed);
-          before = now;
+        const auto n = static_cast<Row>(series.value.size());
+        // Coloured as the noise may be, then whitened as it was thought to be.
+        ChannelNoise true_noise = fit_->noise[c];
+        true_noise.correlation = truth[c];
+        const Whitening coloured = whitening_of(series, true_noise);
+        Eigen::MatrixXd e(n, 1);
+        double slow = 0;
+        for (Row i = 0; i < n; ++i) {
+          const double expected = coloured.carried[i] * slow, fresh = coloured.scale[i] * random.normal();
+          e(i, 0) = expected + fresh;
+          slow = expected + coloured.gain[i] * fresh;
         }
+        whiten(whitening_of(series, fit_->noise[c]), e);
+        noise.segment(row, n) = e;
+        row += n;
       }
     }
     // As uncertain as the deviation is.

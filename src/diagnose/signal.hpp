@@ -2,23 +2,9 @@
 #pragma once
 #include <vector>
 #include "src/diagnose/recording.hpp"
-#include "src/engine/simulation.hpp"
-#include "src/observe/instrument.hpp"
+#include "src/observe/shown_reading.hpp"
 
 namespace quern {
-
-// The first body of a simulation, and how it stands to a wall.
-struct BodyState {
-  double time = 0;  // of the simulation [s]
-  Vec3 position, velocity, acceleration, spin, spin_rate;
-  double gap = 1e300, gap_rate = 0, gap_acceleration = 0;  // from its surface to the wall [m], [m/s], [m/s²]
-  double force = 0;                                         // of the body on the wall, along the wall's normal [N]
-};
-
-BodyState body_state(const Simulation& simulation, const Wall* wall);
-
-// When the gap closed between two states, the first with a gap.
-double touch_time(const BodyState& before, const BodyState& after);
 
 class SignalReader {
  public:
@@ -31,17 +17,14 @@ class SignalReader {
   const std::vector<std::vector<double>>& values() const { return values_; }
 
  private:
-  struct Shown {
-    const Series* series;
-    Instrument instrument;
+  struct Told {
+    std::vector<double> times;  // of the simulation [s]
+    ShownReading shown;
     std::size_t next = 0;
-    double lagged = 0;
   };
-  void read(Shown& one, std::vector<double>& values, const BodyState& before, const BodyState& now);
 
-  std::vector<Shown> shown_;
+  std::vector<Told> told_;
   std::vector<std::vector<double>> values_;
-  double offset_;  // from times of the simulation to times of the recording [s]
 };
 
 }  // namespace quern

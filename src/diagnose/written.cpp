@@ -45,6 +45,12 @@ ordered_json json_of(const Diagnosis& d) {
   j["adequacy"] = {{"before", number(d.adequacy_p)}, {"after", number(d.remaining_p)}};
   j["least_detectable"] = ordered_json::object();
   for (const Detectable& one : d.detectable) j["least_detectable"][one.effect] = {{"key", one.key}, {"change", number(one.strength)}, {"unit", one.unit}};
+  j["noise"] = ordered_json::object();
+  for (std::size_t c = 0; c < channel_count; ++c) {
+    const ChannelNoise& n = d.best.noise[c];
+    if (n.deviation == 1 && n.tail == 1e9) continue;
+    j["noise"][name_of(static_cast<Channel>(c))] = {{"deviation", number(n.deviation)}, {"correlation", number(n.correlation)}, {"white", number(n.white)}, {"tail", number(n.tail)}, {"jitter", number(n.jitter * n.deviation)}};
+  }
   j["runs"] = {{"fit", d.fit_runs}, {"select", d.select_runs}, {"sealed", d.sealed_runs}};
   j["remarks"] = d.remarks;
   j["experiment"] = d.advice;

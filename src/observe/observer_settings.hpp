@@ -4,6 +4,7 @@
 #include <vector>
 #include "mills/planetary.hpp"
 #include "src/base/vec.hpp"
+#include "src/observe/instrument.hpp"
 
 namespace quern {
 
@@ -57,6 +58,7 @@ struct ObserverSettings {
   int radius_cells = 20;
   std::vector<int> track;             // ids of particles whose place, velocity and spin are written against time
   double track_interval = 0;          // [s]; 0: every step
+  std::optional<InstrumentSettings> signal;  // instruments whose view of the first particle is written, at the track's interval; none: it is not
   bool contact_history = false;       // every contact, force and overlap against time, each step; needs Simulation::start(true); for few particles
 
   bool fragments = true;              // damage, fragments, failures; where there are bonds

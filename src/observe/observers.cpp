@@ -22,6 +22,7 @@ void Observers::see(const Simulation& simulation) {
   if (settings.charge) charge.see(simulation, settings);
   if (settings.contact_history) contact_history.see(simulation);
   if (!settings.track.empty()) track.see(simulation, settings);
+  if (settings.signal) signal.see(simulation, settings);
   if (settings.fragments) fragments.see(simulation, settings);
   if (!settings.loading.empty()) loading.see(simulation, settings);
 }
@@ -61,6 +62,7 @@ std::vector<Table> Observers::tables() const {
   if (settings.spectrum) append(all, convergence.tables());
   if (settings.contact_history) append(all, contact_history.tables());
   if (!settings.track.empty()) append(all, track.tables());
+  if (settings.signal) append(all, signal.tables());
   if (settings.fragments) append(all, fragments.tables());
   if (!settings.loading.empty()) append(all, loading.tables(settings));
   return all;

@@ -9,6 +9,7 @@
 #include "src/observe/loading.hpp"
 #include "src/observe/observer_settings.hpp"
 #include "src/observe/shell_force.hpp"
+#include "src/observe/signal.hpp"
 #include "src/observe/spectrum.hpp"
 #include "src/observe/table.hpp"
 #include "src/observe/torque_power.hpp"
@@ -26,6 +27,7 @@ struct Observers {
   Charge charge;
   ContactHistory contact_history;
   Track track;
+  Signal signal;
   Fragmentation fragments;
   Loading loading;
 
@@ -47,7 +49,7 @@ struct Observers {
   // All that was seen, not the settings: those come from the case.
   template <class Archive>
   void archive(Archive& a) {
-    a(torque_power, shell_force, spectrum, captures, convergence, charge, contact_history, track, fragments, loading);
+    a(torque_power, shell_force, spectrum, captures, convergence, charge, contact_history, track, signal, fragments, loading);
   }
 };
 

@@ -93,32 +93,43 @@ class Frame:
     def response(self, sim):
         return np.concatenate([self.white(r, b - a) for r, (a, b) in enumerate(zip(self.base, sim))])
 
-    def unfitted(self, response):
-        """What calibration leaves of a response. Restitution shifts bounces by more than the sensitivities tell: the baseline is run again
+    def unfitted(self, responses):
+        """What calibration leaves of each response. Restitution shifts bounces by more than the sensitivities tell: the baseline is run again
         with the values they lead to, and only the rest is taken for linear."""
+        best = [self.left(r) for r in responses]
         if self.design is None or self.e.kind in ("flight", "spin"):
-            return self.left(response)
-        total = np.zeros(self.design.shape[1])
-        rest = response
-        best = self.left(response)
+            return best
+        size = np.maximum(np.linalg.norm(self.design, axis=0), 1e-30)
+        totals, rests = [np.zeros(len(size)) for _ in responses], list(responses)
         for _ in range(2):
-            size = np.maximum(np.linalg.norm(self.design, axis=0), 1e-30)
-            total = total + np.linalg.lstsq(self.design / size, rest, rcond=1e-9)[0] / size
-            params, init = {}, {c: np.zeros(self.e.n) for c in self.e.init}
-            for (name, run), value in zip(self.labels, total):
-                if run is not None:
-                    init[name][run] = value
-                    continue
-                number = next(n for key, n, _ in self.e.free if key == name)
-                value = self.e.base.get(number, 0.0) + value
-                params[number] = min(max(value, 0.0 if "fric" in number or "drag" in number else 0.2 * self.e.base[number]), 1.0 if number == "restitution" else np.inf)
-            sim = self.e.simulate([{"params": params, "init": init}])[0]
-            rest = response - self.response(sim)
-            if not np.isfinite(rest).all():
+            variants = []
+            for total, rest in zip(totals, rests):
+                if np.isfinite(rest).all():
+                    total += np.linalg.lstsq(self.design / size, rest, rcond=1e-9)[0] / size
+                variants.append(self.calibrated(total))
+            moved = False
+            for i, sim in enumerate(self.e.simulate(variants)):
+                rest = responses[i] - self.response(sim)
+                if np.isfinite(rest).all():
+                    rests[i], left = rest, self.left(rest)
+                    if np.linalg.norm(left) < 0.97 * np.linalg.norm(best[i]):
+                        best[i], moved = left, True
+            if not moved:
                 break
-            if np.linalg.norm(self.left(rest)) < np.linalg.norm(best):
-                best = self.left(rest)
         return best
+
+    def calibrated(self, shift):
+        """The variant whose free parameters and initial states are off by these."""
+        params, init = {}, {c: np.zeros(self.e.n) for c in self.e.init}
+        for (name, run), value in zip(self.labels, shift):
+            if run is not None:
+                init[name][run] = value
+                continue
+            number = next(n for key, n, _ in self.e.free if key == name)
+            base = self.e.base.get(number, 0.0)
+            least = 0.0 if number.endswith("friction") or number == "drag_coefficient" else 0.2 * base
+            params[number] = min(max(base + value, least), 1.0 if number == "restitution" else np.inf)
+        return {"params": params, "init": init}
 
     def left(self, response, basis="all"):
         q = self.basis if basis == "all" else self.initial
@@ -132,29 +143,38 @@ def variant_of(chosen):
     return {"params": params}
 
 
-def seen(frame, effect, s):
-    """Norm of what an effect of strength s leaves after calibration, and the signal itself."""
-    sim = frame.e.simulate([variant_of([(effect, s)])], hooks=effect.hooks)[0]
-    r = frame.response(sim)
-    if not np.isfinite(r).all():
-        raise Redraw
-    r = frame.unfitted(r)
-    return np.linalg.norm(r), r
+def seen(frame, effect, strengths):
+    """What effects of these strengths leave after calibration; None where a ball sticks."""
+    sims = frame.e.simulate([variant_of([(effect, s)]) for s in strengths], hooks=effect.hooks)
+    responses = [frame.response(x) for x in sims]
+    good = [i for i, r in enumerate(responses) if np.isfinite(r).all()]
+    left = frame.unfitted([responses[i] for i in good]) if good else []
+    out = [None] * len(responses)
+    for i, r in zip(good, left):
+        out[i] = r
+    return out
 
 
 def strength_for(frame, effect, wanted):
-    """Strength whose projected signal has the norm `wanted` (or the cap's, if that is less): secant in logarithms."""
-    s = effect.start
-    for _ in range(5):
-        size, r = seen(frame, effect, s)
-        if abs(np.log(max(size, 1e-12) / wanted)) < 0.03:
-            break
-        new = float(np.clip(s * np.clip(wanted / max(size, 1e-9), 1e-3, 1e3), 1e-6, effect.cap))
-        if new == s:
-            break
-        s = new
-    size, r = seen(frame, effect, s)
-    return s, size, r
+    """Strength whose projected signal has the norm `wanted` (or the most that bounds allow), that norm and the signal."""
+    grid = np.geomspace(min(0.01 * effect.start, 1e-3 * effect.cap), effect.cap, 9)
+    sizes = [(s, np.linalg.norm(r)) for s, r in zip(grid, seen(frame, effect, grid)) if r is not None]
+    sizes = [(s, size) for s, size in sizes if size > 1e-9]
+    if not sizes:
+        raise Redraw
+    s, size = sizes[0]
+    if size >= wanted:
+        s = s * wanted / size
+    else:
+        for (a, low), (b, high) in zip(sizes, sizes[1:]):
+            s = b
+            if high >= wanted:
+                s = a * (b / a) ** (np.log(wanted / low) / np.log(high / low))
+                break
+    r = seen(frame, effect, [float(s)])[0]
+    if r is None:
+        raise Redraw
+    return float(s), np.linalg.norm(r), r
 
 
 def location(frame, signal):
@@ -289,7 +309,7 @@ def draw(rng, category, kind, target=None):
     sim = e.simulate([variant_of(chosen)], hooks=hooks)[0]
     if not all(np.isfinite(x).all() for x in sim):
         raise Redraw
-    signal = frame.unfitted(frame.response(sim))
+    signal = frame.unfitted([frame.response(sim)])[0]
     likes, best = {}, 0.0
     if chosen:
         others = [x for x in physical + instrument if all(x.name != c.name for c, s in chosen)]
