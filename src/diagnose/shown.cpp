@@ -141,7 +141,7 @@ Chart chart_of(const Place& place, Channel channel, const Diagnosis& d, const Si
   std::size_t cut = cut_beyond(above.curves[0], low - room, high + room);
   if (cut > 0) cut_words = fmt::format("{} wild {} beyond the first frame", cut, cut == 1 ? "point" : "points");
   const auto residuals = [&](const std::vector<double>& rest, int colour) {
-    Panel panel{x_label, "residual over noise", false, false, {}};
+    Panel panel{x_label, "residual / noise", false, false, {}};
     panel.curves.push_back({"noise ± 2 sd", {at.front(), at.back()}, {0, 0}, {-2, -2}, {2, 2}, false, true, 4});
     panel.curves.push_back({"", at, rest, {}, {}, true, false, colour, n > 40});
     const double limit = std::max(4.0, 1.3 * size_of(rest, 0.98));
@@ -158,7 +158,7 @@ Chart chart_of(const Place& place, Channel channel, const Diagnosis& d, const Si
     chart.panels.back().curves.push_back({"", at, added, {}, {}, false, true, 0});
   }
   chart.panels.push_back(residuals(rest_after, 0));
-  if (!sides.one) chart.panels[1].y_label = "residual over noise, before", chart.panels[2].y_label = "afterwards";
+  if (!sides.one) chart.panels[1].y_label = "residual / noise", chart.panels[2].y_label = "afterwards";
   if (cut > 0) cut_words += fmt::format("{}{} {} beyond the frames below", cut_words.empty() ? "" : ", ", cut, cut == 1 ? "residual" : "residuals");
   if (d.where.channel == name_of(channel) && d.where.to >= d.where.from && (d.where.run.empty() || d.where.run == place.run->label)) {
     const std::array<double, 2> where = {std::clamp(d.where.from * x.factor, at.front(), at.back()), std::clamp(d.where.to * x.factor, at.front(), at.back())};
@@ -223,7 +223,7 @@ Chart chart_over_runs(const std::vector<Place>& places, Channel channel, const S
     return c;
   };
   const auto any = [](const Point&) { return true; };
-  Panel above{x.label, with_unit(name_of(channel), spoken_unit(unit_of(channel))), false, false, {}}, below{x.label, "residual over noise", false, false, {}};
+  Panel above{x.label, with_unit(name_of(channel), spoken_unit(unit_of(channel))), false, false, {}}, below{x.label, "residual / noise", false, false, {}};
   above.curves.push_back(curve("recorded", [](const Point& p) { return p.recorded; }, [](const Point& p) { return !p.sealed; }, false, 4));
   above.curves.push_back(curve("recorded, sealed", [](const Point& p) { return p.recorded; }, [](const Point& p) { return p.sealed; }, false, 3));
   if (!sides.one) above.curves.push_back(curve(sides.before_name, [](const Point& p) { return p.before; }, any, true, 1));
