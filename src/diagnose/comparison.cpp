@@ -505,21 +505,19 @@ Noise Comparison::settled_noise(const Fit& fit, const std::vector<std::vector<Ve
     for (const Series& series : experiment_->recording().runs[fit.runs[r]].series) {
       const std::size_t n = series.value.size(), waves = series.channel == Channel::impact ? 0 : std::min(most_waves, n / samples_per_wave);
       const double length = std::max(series.t.back() - series.t.front(), 1e-300);
+      // Where nothing of the start is estimated, runs may scatter about their means.
+      const std::size_t first = experiment_->unknowns(fit.runs[r]).empty() ? 1 : 0;
       const Row before = linear.unknowns.cols();
       linear.unknowns.conservativeResize(Eigen::NoChange, before + static_cast<Row>(waves));
       linear.unknowns.rightCols(static_cast<Row>(waves)).setZero();
       for (std::size_t wave = 0; wave < waves; ++wave)
         for (std::size_t k = 0; k < n; ++k)
           linear.unknowns(row + static_cast<Row>(k), before + static_cast<Row>(wave)) =
-              std::cos(M_PI * static_cast<double>(wave) * (series.t[k] - series.t.front()) / length) * fit.noise[static_cast<std::size_t>(series.channel)].deviation;
+              std::cos(M_PI * static_cast<double>(wave + first) * (series.t[k] - series.t.front()) / length) * fit.noise[static_cast<std::size_t>(series.channel)].deviation;
       row += static_cast<Row>(n);
     }
   }
-  // The residual as those columns leave it, to begin with as if the noise were white: what is slow is theirs first.
-  for (const std::size_t c : channels_of(experiment_->recording())) {
-    ChannelNoise& one = wide.noise[c];
-    one.correlation = 0, one.white = 0, one.jitter = 0, one.tail = std::min(one.tail, 8.0);
-  }
+  // The residual as those columns leave it.
   for (int round = 0; round < 2; ++round) {
     Fit left = wide;
     Row total = 0;

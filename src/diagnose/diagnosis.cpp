@@ -16,6 +16,8 @@ namespace {
 using Eigen::VectorXd;
 
 constexpr double family_level = 0.01;       // of the test whether anything is left
+constexpr double second_look = 0.05;        // what is left of the winner asks whether a second effect acts
+constexpr double left_level = 0.001;        // what is left of it refutes it
 constexpr double least_visible = 3.4;       // standard deviations: 80 % power of a test at 1 %
 constexpr double alike = 0.95;              // coherence beyond which two effects look alike
 constexpr double alike_odds = 3.0;          // ln of odds within which a rival is not ruled out
@@ -686,13 +688,13 @@ class Investigation {
     if (named == nullptr) return unexplained(best_free());
     d_.remaining_p = remaining_of(*named);
     const auto better_free = [&] { const Tried* free = best_free(); return free != nullptr && free->bic < best_named()->bic - 6; };
-    if (d_.remaining_p < family_level) {
+    if (d_.remaining_p < second_look) {
       try_by_body();
       settle_noise();
       named = best_named();
       d_.remaining_p = remaining_of(*named);
     }
-    if (d_.remaining_p < family_level || better_free()) {
+    if (d_.remaining_p < second_look || better_free()) {
       try_pairs();
       named = best_named();
       d_.remaining_p = remaining_of(*named);
@@ -700,7 +702,7 @@ class Investigation {
     for (std::size_t k = 0; k < std::min<std::size_t>(4, d_.ranking.size()); ++k) hold_out(d_.ranking[k]);
     named = best_named();
     if (named->held_out == 0) hold_out(*const_cast<Tried*>(named));
-    if (d_.remaining_p < family_level || better_free() || named->bic > -2) return unexplained(best_free());
+    if (d_.remaining_p < left_level || better_free() || named->bic > -2) return unexplained(best_free());
     d_.verdict = Verdict::omitted_physics;
     d_.effects = named->effects;
     d_.form = named->candidate.form;
@@ -760,7 +762,7 @@ class Investigation {
     double named = 0;
     for (const Tried& t : d_.ranking)
       if (!t.candidate.free_form && !t.candidate.rival) named = std::max(named, t.probability);
-    d_.confidence = std::clamp(1 - named * std::min(1.0, d_.remaining_p / family_level), 0.5, 0.97);
+    d_.confidence = std::clamp(1 - named * std::min(1.0, d_.remaining_p / left_level), 0.5, 0.97);
     if (const Tried* best = best_named())
       d_.remarks.push_back(fmt::format("The nearest known effect, {}, leaves structure that noise would leave with a probability of {:.2g}.", fmt::join(best->effects, " with "), d_.remaining_p));
   }

@@ -352,7 +352,7 @@ Experiment::Prediction Experiment::predict(std::size_t r, const Alteration& alte
     for (std::size_t s = 0; ran && s < run.series.size(); ++s)
       for (std::size_t k = 0; k < run.series[s].value.size(); ++k)
         if (beyond(run.series[s], k)) result[s][k] = run.series[s].value[k];
-  } catch (const InputError&) {  // bodies that overlap too deeply at the start, a law that cannot be
+  } catch (const std::exception&) {  // a law that cannot be, a body beyond all bounds: a fit that strays there comes back
   }
   return result;
 }
