@@ -1,7 +1,5 @@
 """Writes a recording: one row per sample, conditions in the first row of each run."""
-import numpy as np
-
-from experiments import UNITS
+from experiment import UNITS
 
 
 def number(x, digits=7):
