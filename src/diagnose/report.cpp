@@ -64,6 +64,11 @@ std::string words_of(std::string name) {
   return name;
 }
 
+std::string capital(std::string text) {
+  if (!text.empty()) text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+  return text;
+}
+
 std::string joined(const std::vector<std::string>& names, const char* between = ", ", const char* last = " and ") {
   std::string text;
   for (std::size_t k = 0; k < names.size(); ++k) text += (k == 0 ? "" : k + 1 == names.size() ? last : between) + words_of(names[k]);
@@ -157,8 +162,7 @@ class Page {
       case Verdict::insufficient_data: return "These recordings cannot tell.";
       case Verdict::omitted_physics: break;
     }
-    std::string text = joined(d_.effects);
-    text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+    const std::string text = capital(joined(d_.effects));
     if (of_instrument(d_.effects)) return fmt::format("The instrument, not the physics: {}.", joined(d_.effects));
     return fmt::format("{} {} missing from the case.", text, d_.effects.size() > 1 ? "are" : "is");
   }
@@ -176,7 +180,7 @@ class Page {
       number(ratio(before_) + " → " + ratio(after_), "misfit over noise");
       if (sealed_) number(ratio(sealed_->before) + " → " + ratio(sealed_->after), "on sealed recordings");
     }
-    if (sealed_ && !sides_.one)
+    if (sealed_ && (named() || d_.verdict == Verdict::unexplained))
       if (const double excess = sealed_->before * sealed_->before - 1; excess > 0.02)
         number(percent(std::max(0.0, 1 - std::max(0.0, sealed_->after * sealed_->after - 1) / excess)), "of the excess error there is gone");
     text += fmt::format("<div class=\"numbers\">{}</div></div>\n", numbers);
@@ -184,7 +188,7 @@ class Page {
     remarks.insert(remarks.end(), experiment_.recording().remarks.begin(), experiment_.recording().remarks.end());
     if (!remarks.empty()) {
       text += "<ul>";
-      for (const std::string& one : remarks) text += fmt::format("<li>{}</li>", e(with_words(one)));
+      for (const std::string& one : remarks) text += fmt::format("<li>{}</li>", e(capital(with_words(one))));
       text += "</ul>\n";
     }
     return text;
@@ -316,7 +320,7 @@ class Page {
     if (!d_.indistinguishable.empty()) text += paragraph(fmt::format("<b>Look-alikes</b>, with a probability within a factor of twenty of the verdict's: {}.", e(joined(d_.indistinguishable))));
     if (!d_.advice.empty()) text += paragraph(fmt::format("<b>What would settle it.</b> {}", e(with_words(d_.advice))));
     else if (named())
-      if (const EffectEntry* entry = find_effect(d_.effects.front())) text += paragraph(fmt::format("<b>What would test it.</b> {}{}.", static_cast<char>(std::toupper(static_cast<unsigned char>(entry->experiment[0]))), e(entry->experiment + 1)));
+      if (const EffectEntry* entry = find_effect(d_.effects.front())) text += paragraph(fmt::format("<b>What would test it.</b> {}.", e(capital(entry->experiment))));
     return text;
   }
 
