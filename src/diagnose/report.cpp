@@ -210,8 +210,10 @@ class Page {
     std::string text = "<h2>Where</h2>\n";
     const Location& w = d_.where;
     if (!w.channel.empty()) {
+      // Instants that only rounding parts from zero.
+      const auto clean = [&](double t) { return std::abs(t) < 1e-9 * (w.to - w.from) ? 0.0 : t; };
       const std::string channel = w.channel == "impact" ? "the instants of impact" : code(w.channel);
-      std::string at = w.variable == "impact" ? fmt::format("from impact {:.0f} to {:.0f}", w.from, w.to) : fmt::format("from t = {} to {} {}", brief(w.from, 3), brief(w.to, 3), e(spoken_unit(w.unit)));
+      std::string at = w.variable == "impact" ? fmt::format("from impact {:.0f} to {:.0f}", w.from, w.to) : fmt::format("from t = {} to {} {}", brief(clean(w.from), 3), brief(clean(w.to), 3), e(spoken_unit(w.unit)));
       if (!w.phase.empty()) at += w.phase == "flight" ? ", in flight" : w.phase == "after contact" ? ", after the contact" : ", while " + w.phase;
       at += w.run.empty() ? ", not in one run alone" : fmt::format(", in run {}", e(w.run));
       text += paragraph(fmt::format("In {}, {}: nine tenths of what the better simulation changes lie there. The recording lies mostly {} the calibrated case. Probability that "
@@ -264,6 +266,7 @@ class Page {
 
   std::string parameters() const {
     std::string rows;
+    std::set<Path> told;
     for (const Estimate& one : d_.parameters) {
       if (one.key.ends_with("]")) continue;  // knots of a curve
       const Path path = path_of(one.key);
@@ -274,16 +277,16 @@ class Page {
       else if (one.of_effect) was = "not there";
       const Spoken spoken = spoken_of(one);
       rows += fmt::format("<tr{}><td>{}<span class=\"note\">{}</span></td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td></tr>\n", one.of_effect ? " class=\"chosen\"" : "", code(one.key),
-                          key != nullptr ? e(key->meaning) : "", e(with_unit(spoken.value, unit)), spoken.interval, e(was));
+                          key != nullptr && told.insert(path).second ? e(key->meaning) : "", e(with_unit(spoken.value, unit)), spoken.interval, e(was));
     }
     if (rows.empty()) return "";
     const std::string head = named() || d_.verdict == Verdict::unexplained ? "" : "<h2>What was calibrated</h2>\n";
     return fmt::format("{}<div class=\"wide\"><table><tr><th>key of the case</th><th class=\"n\">value</th><th class=\"n\">95 % interval</th><th class=\"n\">the case</th></tr>\n{}</table></div>\n", head, rows);
   }
 
-  // Without the component of a vector.
+  // Without the component of a vector, and without the body that a number is of.
   static Path path_of(const std::string& key) {
-    Path path = split_path(key);
+    Path path = split_path(key.substr(0, key.find('@')));
     if (find_key(path) == nullptr && path.size() > 1) path.pop_back();
     return path;
   }
@@ -384,8 +387,13 @@ class Page {
       return fmt::format("{}{}", e(list), labels.size() > most ? fmt::format(" and {} more", labels.size() - most) : "");
     };
     text += fmt::format("<ul>{}<li>Runs fitted: {}.</li><li>Runs for choosing: {}.</li><li>Runs sealed to the end: {}.</li>", d_.baseline.moved.empty() ? "<li>The case frees no number to be calibrated.</li>" : "", runs(d_.fit_runs), runs(d_.select_runs), runs(d_.sealed_runs));
-    text += fmt::format("<li>Whether noise explains what is left: p = {} with the calibrated case{}.</li>", chance(d_.adequacy_p), named() ? fmt::format(", {} with what was found", chance(d_.remaining_p)) : "");
-    text += fmt::format("<li>Time step {}; half of it moves all samples together by {} standard deviations of the noise.</li></ul>\n", e(with_unit(brief(d_.steps.time_step, 3), "s")), brief(d_.numerical_error, 2));
+    // Too few samples: neither was asked.
+    const bool asked = d_.verdict != Verdict::insufficient_data || !d_.detectable.empty();
+    if (asked) {
+      text += fmt::format("<li>Whether noise explains what is left: p = {} with the calibrated case{}.</li>", chance(d_.adequacy_p), named() ? fmt::format(", {} with what was found", chance(d_.remaining_p)) : "");
+      text += fmt::format("<li>Time step {}; half of it moves all samples together by {} standard deviations of the noise.</li>", e(with_unit(brief(d_.steps.time_step, 3), "s")), brief(d_.numerical_error, 2));
+    }
+    text += "</ul>\n";
     std::string rows;
     std::set<Channel> channels;
     bool recorded_deviations = false;
@@ -393,11 +401,14 @@ class Page {
       for (const Series& series : run.series) channels.insert(series.channel), recorded_deviations |= !series.deviation.empty();
     for (const Channel channel : channels) {
       const ChannelNoise& noise = d_.best.noise[static_cast<std::size_t>(channel)];
-      rows += fmt::format("<tr><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td></tr>\n", code(name_of(channel)),
-                          e(recorded_deviations ? brief(noise.deviation, 3) + " × recorded" : with_unit(brief(noise.deviation, 3), unit_of(channel))), noise.correlation > 0 ? brief(noise.correlation, 2) : "0",
-                          noise.tail > 1e6 ? "normal" : fmt::format("t, ν = {}", brief(noise.tail, 2)));
+      // What the clock trembles, where that shows.
+      const double tremble = noise.jitter * noise.deviation;
+      rows += fmt::format("<tr><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td></tr>\n", code(name_of(channel)),
+                          e(recorded_deviations ? brief(noise.deviation, 3) + " × recorded" : with_unit(brief(noise.deviation, 3), unit_of(channel))), noise.correlation > 0 ? percent(noise.white) : "100 %",
+                          noise.correlation > 0 ? brief(noise.correlation, 2) : "–", tremble > 0 && !recorded_deviations ? brief(tremble, 2) + " s" : "–", noise.tail > 1e6 ? "normal" : fmt::format("t, ν = {}", brief(noise.tail, 2)));
     }
-    text += fmt::format("<div class=\"wide\"><table><tr><th>noise of</th><th class=\"n\">standard deviation</th><th class=\"n\">correlation of<br>neighbours</th><th class=\"n\">tails</th></tr>\n{}</table></div>\n", rows);
+    text += fmt::format("<div class=\"wide\"><table><tr><th>noise of</th><th class=\"n\">standard deviation</th><th class=\"n\">white part of<br>the variance</th><th class=\"n\">slow part: correlation<br>of neighbours</th>"
+                        "<th class=\"n\">clock<br>trembles by</th><th class=\"n\">tails</th></tr>\n{}</table></div>\n", rows);
     std::vector<std::string> files;
     for (const std::string& file : experiment_.recording().files) files.push_back(code(file));
     text += paragraph(fmt::format("Case {}, {} {}. Beside this page: <code>diagnosis.json</code>, <code>amended.toml</code> (runs with <code>quern run</code>), <code>residuals.csv</code> (every sample), "

@@ -295,7 +295,7 @@ std::vector<RunChart> telling_runs(const Experiment& experiment, const Diagnosis
     for (const Series& series : place.run->series) longest = std::max(longest, series.value.size());
   }
   constexpr std::size_t short_run = 4;
-  if (places.size() > 3 && longest <= short_run) {
+  if (places.size() > 1 && longest <= short_run) {
     Channel channel = std::max_element(change.begin(), change.end(), [](const auto& a, const auto& b) { return a.second < b.second; })->first;
     for (const auto& [one, weight] : change)
       if (d.where.channel == name_of(one)) channel = one;

@@ -9,7 +9,7 @@ namespace quern {
 namespace {
 
 // In units of the picture, of which a phone shows about 0.8 pixels each.
-constexpr double width = 440, type = 12, letter = 6.7, right_room = 12, panel_gap = 30;
+constexpr double width = 440, type = 12, letter = 6.7, right_room = 18, panel_gap = 30;
 constexpr double first_height = 160, further_height = 105;
 constexpr std::size_t most_points = 700;  // of a curve: more than can be told apart
 
