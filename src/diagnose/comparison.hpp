@@ -50,9 +50,12 @@ struct Whitened {
 
 class Comparison {
  public:
-  Comparison(const Experiment& experiment, ThreadTeam& team) : experiment_(&experiment), team_(&team) {}
+  Comparison(const Experiment& experiment, ThreadTeam& team) : experiment_(&experiment), recording_(&experiment.recording()), team_(&team) {}
   const Experiment& experiment() const { return *experiment_; }
   ThreadTeam& team() const { return *team_; }
+
+  // What is added to all predictions of each run of the recording: the error of finite steps. Empty: nothing.
+  void correct(std::vector<Eigen::VectorXd> errors) { errors_ = std::move(errors); }
 
   // The most likely values of the moved parameters, within their bounds, and of each run's unknowns, by Levenberg–Marquardt on the
   // likelihood of the noise, whose parameters follow from the restricted likelihood (Patterson & Thompson 1971): what estimates take away from the
@@ -70,8 +73,8 @@ class Comparison {
   // The same without weights.
   Whitened independent(std::size_t run, const RunLinear& linear, const Noise& noise) const;
 
-  // The noise about a fit, judged by what is left when the residuals may also follow any of the columns (by place in the fit's runs) and a few smooth
-  // waves of each run: physics that the fit lacks is not taken for noise.
+  // The noise about a fit, judged by what is left when the residuals may also follow the main directions of the columns (by place in the fit's runs) and
+  // smooth curves over each piece of a run between its contacts: physics that the fit lacks is not taken for noise.
   Noise settled_noise(const Fit& fit, const std::vector<std::vector<Eigen::VectorXd>>& columns) const;
 
   // The likelihood of a fit's residuals under another noise.
@@ -88,10 +91,20 @@ class Comparison {
   void linearize(Fit& fit) const;
   void estimate_noise(Fit& fit, const FitOptions& options) const;
   void settle(Fit& fit, const FitOptions& options, bool& noise_known) const;
+  // Smooth curves over each piece of a run between its contacts, as columns, and which samples lie clear of the contacts of a bouncing body.
+  struct Pieces {
+    Eigen::MatrixXd curves;
+    std::vector<bool> kept;
+  };
+  Pieces pieces_of(const Fit& fit, std::size_t place) const;
   double restricted(const Fit& fit, const Noise& noise, std::size_t common) const;
 
+  const Recording& recording() const { return *recording_; }
+
   const Experiment* experiment_;
+  const Recording* recording_;  // of the experiment, or a part of its samples
   ThreadTeam* team_;
+  std::vector<Eigen::VectorXd> errors_;
 };
 
 }  // namespace quern

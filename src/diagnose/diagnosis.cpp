@@ -80,12 +80,13 @@ class Investigation {
       calibrate();
       if (!enough_data()) return finish();
       look_for_numerics();
+      calibrate();
       if (d_.numerical_error < 1 || refinement == most_refinements || !affordable()) break;
       experiment_.steps.time_step *= 0.5;
       experiment_.steps.longest_flight_step *= 0.5;
     }
     if (d_.numerical_error > 3)
-      d_.remarks.push_back(fmt::format("Half the time step moves the simulation by {:.2g} standard deviations of the noise over all samples; what looks like that was not counted.", d_.numerical_error));
+      d_.remarks.push_back(fmt::format("A finer time step would move the simulation by {:.2g} standard deviations of the noise over all samples; what looks like that was not counted.", d_.numerical_error));
     judge_baseline();
     if (d_.adequacy_p <= family_level && start_elsewhere()) judge_baseline();
     if (d_.adequacy_p > family_level) {
@@ -184,27 +185,41 @@ class Investigation {
     return false;
   }
 
-  // Step 2: half the step must move the result by less than the noise.
+  // Step 2: what finite steps err by at the baseline, of first order in them, is told from half the step and taken off all predictions; a quarter of the
+  // step tells what is then left (Richardson 1911).
   void look_for_numerics() {
-    Experiment finer = experiment_;
-    finer.steps.time_step = 0.5 * experiment_.steps.time_step;
-    finer.steps.longest_flight_step = 0.5 * experiment_.steps.longest_flight_step;
-    const Comparison fine(finer, comparison_.team());
-    Fit there = d_.baseline;
-    FitOptions options;
-    options.noise_rounds = 0, options.most_iterations = 0;
-    there = fine.fit(there.moved, there.settings, there.runs, &d_.baseline, options);
+    Experiment halved = experiment_, quartered = experiment_;
+    halved.steps.time_step *= 0.5, halved.steps.longest_flight_step *= 0.5;
+    quartered.steps.time_step *= 0.25, quartered.steps.longest_flight_step *= 0.25;
+    std::vector<VectorXd> errors(experiment_.runs()), left(experiment_.runs());
+    const Alteration altered = comparison_.alteration_of(d_.baseline);
+    comparison_.correct({});
+    comparison_.team().run(static_cast<int>(experiment_.runs()), [&](int place) {
+      const auto run = static_cast<std::size_t>(place);
+      const std::vector<double>& unknowns = d_.baseline.unknowns[run];
+      const VectorXd whole = stacked(experiment_.predict(run, altered, unknowns)), half = stacked(halved.predict(run, altered, unknowns)),
+                     quarter = stacked(quartered.predict(run, altered, unknowns));
+      errors[run] = 2 * (half - whole);
+      left[run] = 2 * quarter - half - whole - errors[run];
+      if (!left[run].allFinite()) errors[run].setZero(), left[run].setZero();
+    });
     double sum = 0;
     numerical_.clear();
-    for (std::size_t r = 0; r < there.runs.size(); ++r) {
-      RunLinear difference = there.linear[r];
-      difference.rest -= d_.baseline.linear[r].rest;
-      numerical_.push_back(difference.rest);
-      Noise normal = d_.baseline.noise;
-      for (ChannelNoise& one : normal) one.tail = 1e9;
-      sum += comparison_.whitened(there.runs[r], difference, normal).rest.squaredNorm();
+    Noise normal = d_.baseline.noise;
+    for (ChannelNoise& one : normal) one.tail = 1e9;
+    for (const std::size_t run : d_.baseline.runs) {
+      const RunLinear one{left[run], Eigen::MatrixXd(left[run].size(), 0), Eigen::MatrixXd(left[run].size(), 0)};
+      sum += comparison_.whitened(run, one, normal).rest.squaredNorm();
+      numerical_.push_back(left[run]);
     }
     d_.numerical_error = std::sqrt(sum);
+    comparison_.correct(std::move(errors));
+  }
+
+  static VectorXd stacked(const Experiment::Prediction& prediction) {
+    std::vector<double> all;
+    for (const std::vector<double>& series : prediction) all.insert(all.end(), series.begin(), series.end());
+    return Eigen::Map<VectorXd>(all.data(), static_cast<Eigen::Index>(all.size()));
   }
 
   // Whether runs of half the step would still take but milliseconds.
@@ -669,6 +684,14 @@ class Investigation {
     return nullptr;
   }
 
+  // Of all learnt curves, or of all names.
+  double probability_of(bool free_form) const {
+    double sum = 0;
+    for (const Tried& t : d_.ranking)
+      if (!t.candidate.rival && t.candidate.free_form == free_form) sum += t.probability;
+    return sum;
+  }
+
   // The noise is known better about the best explanation than about the baseline: is the baseline still refuted?
   bool still_refuted() {
     Residuals residuals(comparison_, d_.baseline, numerical_);
@@ -687,7 +710,7 @@ class Investigation {
     const Tried* named = best_named();
     if (named == nullptr) return unexplained(best_free());
     d_.remaining_p = remaining_of(*named);
-    const auto better_free = [&] { const Tried* free = best_free(); return free != nullptr && free->bic < best_named()->bic - 6; };
+    const auto better_free = [&] { return probability_of(true) > probability_of(false); };
     if (d_.remaining_p < second_look) {
       try_by_body();
       settle_noise();

@@ -66,7 +66,7 @@ struct Diagnosis {
   std::vector<Detectable> detectable;
   double adequacy_p = 1;                       // of the calibrated baseline
   double remaining_p = 1;                      // of the winner
-  double numerical_error = 0;                  // by which half the step moves all samples together, in standard deviations
+  double numerical_error = 0;                  // by which a finer step would move all samples together, in standard deviations
   StepControl steps;                           // with which it was simulated
   std::vector<std::string> fit_runs, select_runs, sealed_runs;
   std::vector<std::string> remarks;            // plain sentences, for the report

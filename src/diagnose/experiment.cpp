@@ -50,6 +50,13 @@ Alteration in_run(const Alteration& altered, std::size_t run) {
   return own;
 }
 
+// Until a body in flight meets a plane, under its present acceleration; no_bound where it does not come nearer.
+double time_to_touch(const BodyState& body, const Wall& plane) {
+  if (!(body.gap > 0) || !(body.gap_rate < 0)) return no_bound;
+  const double acceleration = body.acceleration.dot(plane.pose.axes.col(2)), root = body.gap_rate * body.gap_rate - 2 * acceleration * body.gap;
+  return root > 0 ? 2 * body.gap / (std::sqrt(root) - body.gap_rate) : no_bound;
+}
+
 double span_of(const Series& series) {
   const auto [least, most] = std::minmax_element(series.value.begin(), series.value.end());
   return *most - *least;
@@ -294,6 +301,7 @@ bool Experiment::go(std::size_t, const Case& c, double until, Watcher&& watch) c
   Simulation s = build_case(c).simulation;
   s.start(false);
   const Wall* wall = s.walls.empty() ? nullptr : &s.walls[nearest_wall_];
+  const Wall* plane = wall != nullptr && std::holds_alternative<Plane>(wall->surface) ? wall : nullptr;
   BodyState now = body_state(s, wall);
   const auto most = static_cast<std::int64_t>(steps.longest_flight_step / steps.time_step * (1 + 1e-9));
   constexpr std::int64_t most_steps = 20'000'000;
@@ -302,7 +310,10 @@ bool Experiment::go(std::size_t, const Case& c, double until, Watcher&& watch) c
     const BodyState before = now;
     const std::int64_t free = most > 1 ? free_steps(s, most) : 1;
     try {
+      // Contacts begin on a step: what a step errs by is then a smooth function of what a fit moves.
+      const double touch = most > 1 && free == 1 && plane ? time_to_touch(now, *plane) : no_bound;
       if (free > 1) s.fly(free);
+      else if (touch < steps.time_step) s.fly_for(touch * (1 + 1e-9) + 1e-9 * steps.time_step);
       else s.step();
     } catch (const RunError&) {
       return false;

@@ -213,8 +213,8 @@ class Balls:
                     near_step = np.where(comes, self._near_step(np.maximum(-new[5], 1e-3), contact_steps), near_step)
                     mode = np.where(comes, NEAR, np.where(leaves, FREE, mode))
                     self.touched = self.touched & ~leaves
+                    new[2] = np.where(leaves, q["radius"] + outer - new[U], new[2])  # where the rod's end has given way to
                     new[U] = np.where(leaves, 0.0, new[U])
-                    new[2] = np.where(leaves, q["radius"] + outer, new[2])
                     new[S] = np.where(leaves, 0.0, new[S])
                 self.deepest = np.where(self.touched, np.maximum(self.deepest, q["radius"] - new[2] - new[U]), 0.0)
                 if self.shear != "none":

@@ -101,7 +101,7 @@ class Frame:
             return best
         size = np.maximum(np.linalg.norm(self.design, axis=0), 1e-30)
         totals, rests = [np.zeros(len(size)) for _ in responses], list(responses)
-        for _ in range(2):
+        for _ in range(10):  # the sensitivities stay those of the baseline: each turn takes off most of what is left to calibrate
             variants = []
             for total, rest in zip(totals, rests):
                 if np.isfinite(rest).all():
