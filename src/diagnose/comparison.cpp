@@ -174,8 +174,14 @@ double Comparison::restricted(const Fit& fit, const Noise& noise, std::size_t co
   return sum;
 }
 
-void Comparison::linearize(Fit& fit) const {
+// Slopes that another fit of the same runs knows are taken from there.
+void Comparison::linearize(Fit& fit, const Fit* known) const {
+  if (known != nullptr && (known->runs != fit.runs || known->linear.size() != fit.runs.size())) known = nullptr;
   fit.linear.resize(fit.runs.size());
+  std::vector<Row> there_in(fit.moved.size(), -1);
+  for (std::size_t k = 0; known != nullptr && k < fit.moved.size(); ++k)
+    for (std::size_t j = 0; j < known->moved.size() && static_cast<Row>(j) < known->linear.front().shared.cols(); ++j)
+      if (known->moved[j].name == fit.moved[k].name && known->moved[j].scale == fit.moved[k].scale && known->moved[j].runs == fit.moved[k].runs) there_in[k] = static_cast<Row>(j);
   team_->run(static_cast<int>(fit.runs.size()), [&](int place) {
     const std::size_t run = fit.runs[static_cast<std::size_t>(place)];
     RunLinear& linear = fit.linear[static_cast<std::size_t>(place)];
@@ -193,9 +199,15 @@ void Comparison::linearize(Fit& fit) const {
       if (predict(run, altered, own, fit.horizon, there)) column = (linear.rest - there) * (scale / step);
       number = here;
     };
-    for (std::size_t k = 0; k < unknowns.size(); ++k) slope(own[k], 0.1 * unknowns[k].scale, unknowns[k].scale, linear.unknowns.col(static_cast<Row>(k)));
+    const RunLinear* old = known != nullptr ? &known->linear[static_cast<std::size_t>(place)] : nullptr;
+    if (old != nullptr && old->unknowns.cols() == linear.unknowns.cols() && old->unknowns.rows() == linear.unknowns.rows()) linear.unknowns = old->unknowns;
+    else for (std::size_t k = 0; k < unknowns.size(); ++k) slope(own[k], 0.1 * unknowns[k].scale, unknowns[k].scale, linear.unknowns.col(static_cast<Row>(k)));
     for (std::size_t k = 0; k < fit.moved.size(); ++k) {
       const Parameter& p = fit.moved[k];
+      if (there_in[k] >= 0) {
+        linear.shared.col(static_cast<Row>(k)) = old->shared.col(there_in[k]);
+        continue;
+      }
       double step = 0.01 * p.scale;
       if (fit.covariance.rows() > static_cast<Row>(k) && fit.deviation(k) > 0) step = std::clamp(0.1 * fit.deviation(k), 1e-6 * p.scale, step);
       double& value = altered.changes[k].value;
@@ -342,10 +354,11 @@ void Comparison::estimate_noise(Fit& fit, const FitOptions& options) const {
   }
 }
 
-void Comparison::settle(Fit& fit, const FitOptions& options, bool& noise_known) const {
+void Comparison::settle(Fit& fit, const FitOptions& options, bool& noise_known, const Fit* start) const {
   const auto shared = static_cast<Row>(fit.moved.size());
-  linearize(fit);
-  bool fresh = true;  // the slopes are those here; otherwise what steps taught (Broyden 1965)
+  const Fit* known = options.thorough ? nullptr : start;
+  linearize(fit, known);
+  bool fresh = known == nullptr;  // the slopes are those here; otherwise what steps taught (Broyden 1965)
   for (int round = 0; round <= options.noise_rounds; ++round) {
     if (!noise_known) {
       std::vector<double> ends;
@@ -444,7 +457,7 @@ void Comparison::settle(Fit& fit, const FitOptions& options, bool& noise_known) 
       }
       const bool moved = better && !at_rest;
       if (!better) at_rest = true;
-      if (!moved && !fresh) {
+      if (!moved && !fresh && (options.thorough || !better)) {
         // What was learnt of the slopes leads no further: true ones may.
         linearize(fit);
         fresh = true;
@@ -465,7 +478,34 @@ void Comparison::settle(Fit& fit, const FitOptions& options, bool& noise_known) 
                          std::abs(1 / fit.noise[c].tail - 1 / before[c].tail), fit.noise[c].jitter == before[c].jitter ? 0.0 : 1.0});
     if (change < 0.01) break;
   }
-  if (!fresh && fit.sound) linearize(fit);
+  if (!fresh && fit.sound && options.thorough) linearize(fit);
+}
+
+// Runs that fit much worse than the others may have fallen out of step with their recording: each alone is fitted anew from its first guess, a beginning
+// first. Whether one was brought back.
+bool Comparison::bring_back(Fit& fit) const {
+  constexpr double much = 1.5;
+  std::vector<double> misfits, likelihoods;
+  for (std::size_t place = 0; place < fit.runs.size(); ++place) {
+    const RunLinear bare{fit.linear[place].rest, MatrixXd(fit.linear[place].rest.size(), 0), MatrixXd(fit.linear[place].rest.size(), 0)};
+    const Whitened w = whitened(fit.runs[place], bare, fit.noise);
+    misfits.push_back(w.rest.squaredNorm() / static_cast<double>(std::max<Row>(1, w.rest.size())));
+    likelihoods.push_back(w.log_density);
+  }
+  std::vector<double> sorted = misfits;
+  std::sort(sorted.begin(), sorted.end());
+  const double usual = sorted[(sorted.size() - 1) / 2];
+  bool better = false;
+  for (std::size_t place = 0; place < fit.runs.size(); ++place) {
+    const std::size_t run = fit.runs[place];
+    if (misfits[place] <= much * usual || experiment_->unknowns(run).empty()) continue;
+    const Fit alone = carry_over(fit, {run});
+    const RunLinear bare{alone.linear[0].rest, MatrixXd(alone.linear[0].rest.size(), 0), MatrixXd(alone.linear[0].rest.size(), 0)};
+    if (!alone.sound || !(whitened(run, bare, fit.noise).log_density > likelihoods[place] + 1)) continue;
+    fit.unknowns[run] = alone.unknowns[run];
+    better = true;
+  }
+  return better;
 }
 
 Fit Comparison::fit(const std::vector<Parameter>& moved, const std::vector<Setting>& settings, const std::vector<std::size_t>& runs, const Fit* start, const FitOptions& options) const {
@@ -492,12 +532,13 @@ Fit Comparison::fit(const std::vector<Parameter>& moved, const std::vector<Setti
     part.noise_rounds = 0, part.most_iterations = 6;
     for (const double horizon : {0.12, 0.3, 0.6}) {
       fit.horizon = horizon;
-      settle(fit, part, noise_known);
+      settle(fit, part, noise_known, nullptr);
       noise_known = false;  // what is noise and what a wrong start shows anew with each part
     }
     fit.horizon = 1;
   }
-  settle(fit, options, noise_known);
+  settle(fit, options, noise_known, start);
+  if (options.by_horizon && fit.sound && bring_back(fit)) settle(fit, options, noise_known, nullptr);
   const auto shared = static_cast<Row>(moved.size());
   fit.covariance = MatrixXd::Zero(shared, shared);
   if (fit.sound) {
@@ -531,7 +572,17 @@ Comparison::Pieces Comparison::pieces_of(const Fit& fit, std::size_t place) cons
   const RecordedRun& recorded = recording().runs[run];
   Pieces pieces{MatrixXd(fit.linear[place].rest.size(), 0), std::vector<bool>(static_cast<std::size_t>(fit.linear[place].rest.size()), true)};
   MatrixXd& columns = pieces.curves;
-  if (recording().kind == RecordingKind::impacts) return pieces;
+  if (recording().kind == RecordingKind::impacts) {
+    // The clock's zero is estimated; times may yet drift and bend.
+    const Series& series = recorded.series.front();
+    const std::size_t n = series.value.size(), count = std::min<std::size_t>(2, n / 3);
+    columns.setZero(static_cast<Row>(n), static_cast<Row>(count));
+    for (std::size_t k = 0; k < count; ++k)
+      for (std::size_t i = 0; i < n; ++i)
+        columns(static_cast<Row>(i), static_cast<Row>(k)) =
+            std::legendre(static_cast<unsigned>(k + 1), 2 * static_cast<double>(i) / static_cast<double>(n - 1) - 1) * fit.noise[static_cast<std::size_t>(Channel::impact)].deviation;
+    return pieces;
+  }
   std::vector<std::pair<double, double>> contacts;
   double touched = 0, beginning = 0;
   bool together = false;
@@ -623,7 +674,7 @@ Noise Comparison::settled_noise(const Fit& fit, const std::vector<std::vector<Ve
       series = some;
     }
   }
-  if (wide.samples < 20 + unknowns) return fit.noise;
+  if (wide.samples < 12 + unknowns) return fit.noise;
   // The columns' main directions, as the others leave them.
   const auto most = static_cast<Row>((wide.samples - unknowns) / 10);
   MatrixXd gram = MatrixXd::Zero(static_cast<Row>(columns.size()), static_cast<Row>(columns.size()));
@@ -690,7 +741,25 @@ Fit Comparison::carry_over(const Fit& from, const std::vector<std::size_t>& runs
   for (std::size_t k = 0; k < fixed.size(); ++k) fixed[k].lower = fixed[k].upper = from.shared[k];
   FitOptions options;
   options.noise_rounds = 0;
-  return fit(fixed, from.settings, runs, &from, options);
+  Fit start = from;
+  for (const std::size_t run : runs)
+    for (std::size_t u = 0; u < start.unknowns[run].size(); ++u) start.unknowns[run][u] = experiment_->unknowns(run)[u].guess;
+  Fit found = fit(fixed, from.settings, runs, &start, options);
+  if (experiment_->has_wall() && recording().kind != RecordingKind::contact) {
+    // Bounces may be out of step with the recording: a beginning is fitted first.
+    Fit stepwise = start;
+    stepwise.moved = fixed, stepwise.runs = runs, stepwise.samples = found.samples;
+    FitOptions part = options;
+    part.most_iterations = 6;
+    bool noise_known = true;
+    for (const double horizon : {0.12, 0.3, 0.6, 1.0}) {
+      stepwise.horizon = horizon;
+      settle(stepwise, part, noise_known, nullptr);
+    }
+    const Fit other = fit(fixed, from.settings, runs, &stepwise, options);
+    if (other.sound && (!found.sound || log_likelihood(other, from.noise) > log_likelihood(found, from.noise))) found = other;
+  }
+  return found;
 }
 
 std::vector<VectorXd> Comparison::response(const Fit& fit, const Alteration& more) const {

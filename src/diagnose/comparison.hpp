@@ -38,6 +38,7 @@ struct FitOptions {
   int noise_rounds = 3;            // how often the noise is estimated again; 0: that of the start is taken as given
   bool by_horizon = false;         // a beginning of each run is fitted first, then more: for motions that a wrong guess throws out of step
   bool tails = true;               // whether its tails are
+  bool thorough = true;            // the slopes at the end are true ones; otherwise those of the start, as its steps corrected them
   std::size_t common = 0;          // how many of the shared parameters the models compared have in common: the first ones
 };
 
@@ -56,6 +57,7 @@ class Comparison {
 
   // What is added to all predictions of each run of the recording: the error of finite steps. Empty: nothing.
   void correct(std::vector<Eigen::VectorXd> errors) { errors_ = std::move(errors); }
+  const std::vector<Eigen::VectorXd>& corrections() const { return errors_; }
 
   // The most likely values of the moved parameters, within their bounds, and of each run's unknowns, by Levenberg–Marquardt on the
   // likelihood of the noise, whose parameters follow from the restricted likelihood (Patterson & Thompson 1971): what estimates take away from the
@@ -88,15 +90,16 @@ class Comparison {
  private:
   // What is left of a run; false where the simulation fails.
   bool predict(std::size_t run, const Alteration& altered, const std::vector<double>& unknowns, double horizon, Eigen::VectorXd& rest) const;
-  void linearize(Fit& fit) const;
+  void linearize(Fit& fit, const Fit* known = nullptr) const;
   void estimate_noise(Fit& fit, const FitOptions& options) const;
-  void settle(Fit& fit, const FitOptions& options, bool& noise_known) const;
+  void settle(Fit& fit, const FitOptions& options, bool& noise_known, const Fit* start) const;
   // Smooth curves over each piece of a run between its contacts, as columns, and which samples lie clear of the contacts of a bouncing body.
   struct Pieces {
     Eigen::MatrixXd curves;
     std::vector<bool> kept;
   };
   Pieces pieces_of(const Fit& fit, std::size_t place) const;
+  bool bring_back(Fit& fit) const;
   double restricted(const Fit& fit, const Noise& noise, std::size_t common) const;
 
   const Recording& recording() const { return *recording_; }

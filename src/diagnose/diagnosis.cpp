@@ -75,15 +75,17 @@ class Investigation {
     if (experiment_.base().has("diagnose.free"))
       for (const std::string& key : experiment_.base().texts("diagnose.free")) free_.push_back(experiment_.parameter(key));
     // Step 2 goes with step 4: the step is refined until it matters less than the noise, as far as time allows.
-    constexpr int most_refinements = 3;
+    constexpr int most_refinements = 2;
     for (int refinement = 0;; ++refinement) {
       calibrate();
       if (!enough_data()) return finish();
-      look_for_numerics();
-      calibrate();
+      // What steps err by depends on where the calibration leads, and the other way round.
+      constexpr int most_turns = 4;
+      for (int turn = 0; turn < most_turns && look_for_numerics() > 0.3; ++turn) calibrate();
       if (d_.numerical_error < 1 || refinement == most_refinements || !affordable()) break;
       experiment_.steps.time_step *= 0.5;
       experiment_.steps.longest_flight_step *= 0.5;
+      comparison_.correct({});
     }
     if (d_.numerical_error > 3)
       d_.remarks.push_back(fmt::format("A finer time step would move the simulation by {:.2g} standard deviations of the noise over all samples; what looks like that was not counted.", d_.numerical_error));
@@ -153,7 +155,7 @@ class Investigation {
     for (std::size_t k = 0; k < free_.size() && free_.size() <= 4; ++k) {
       const Parameter& p = free_[k];
       if (!std::isfinite(p.lower) || !std::isfinite(p.upper)) continue;
-      for (const double part : {0.15, 0.5, 0.85}) {
+      for (const double part : {0.25, 0.75}) {
         Fit start = d_.baseline;
         start.moved = free_;
         start.shared.clear();
@@ -185,35 +187,43 @@ class Investigation {
     return false;
   }
 
-  // Step 2: what finite steps err by at the baseline, of first order in them, is told from half the step and taken off all predictions; a quarter of the
-  // step tells what is then left (Richardson 1911).
-  void look_for_numerics() {
+  // Step 2: what finite steps err by at the baseline, of first and second order in them, is told from a half and a quarter of the step and taken off all
+  // predictions; what the second order was is taken for what is left (Richardson 1911).
+  // Returns by how much that moved the predictions, in standard deviations of all samples together.
+  double look_for_numerics() {
     Experiment halved = experiment_, quartered = experiment_;
     halved.steps.time_step *= 0.5, halved.steps.longest_flight_step *= 0.5;
     quartered.steps.time_step *= 0.25, quartered.steps.longest_flight_step *= 0.25;
     std::vector<VectorXd> errors(experiment_.runs()), left(experiment_.runs());
     const Alteration altered = comparison_.alteration_of(d_.baseline);
-    comparison_.correct({});
     comparison_.team().run(static_cast<int>(experiment_.runs()), [&](int place) {
       const auto run = static_cast<std::size_t>(place);
       const std::vector<double>& unknowns = d_.baseline.unknowns[run];
       const VectorXd whole = stacked(experiment_.predict(run, altered, unknowns)), half = stacked(halved.predict(run, altered, unknowns)),
                      quarter = stacked(quartered.predict(run, altered, unknowns));
-      errors[run] = 2 * (half - whole);
-      left[run] = 2 * quarter - half - whole - errors[run];
+      errors[run] = (8 * quarter - 6 * half + whole) / 3 - whole;
+      left[run] = whole + errors[run] - (2 * quarter - half);
       if (!left[run].allFinite()) errors[run].setZero(), left[run].setZero();
     });
-    double sum = 0;
+    double sum = 0, moved = 0;
     numerical_.clear();
     Noise normal = d_.baseline.noise;
     for (ChannelNoise& one : normal) one.tail = 1e9;
+    const auto size_of = [&](std::size_t run, const VectorXd& change) {
+      const RunLinear one{change, Eigen::MatrixXd(change.size(), 0), Eigen::MatrixXd(change.size(), 0)};
+      return comparison_.whitened(run, one, normal).rest.squaredNorm();
+    };
+    const std::vector<VectorXd>& before = comparison_.corrections();
     for (const std::size_t run : d_.baseline.runs) {
-      const RunLinear one{left[run], Eigen::MatrixXd(left[run].size(), 0), Eigen::MatrixXd(left[run].size(), 0)};
-      sum += comparison_.whitened(run, one, normal).rest.squaredNorm();
+      sum += size_of(run, left[run]);
+      moved += size_of(run, before.empty() ? errors[run] : VectorXd(errors[run] - before[run]));
       numerical_.push_back(left[run]);
     }
     d_.numerical_error = std::sqrt(sum);
+    if (std::getenv("QDEBUG")) { double a = 0, b = 0; for (auto r : d_.baseline.runs) a = std::max(a, errors[r].cwiseAbs().maxCoeff()), b = std::max(b, left[r].cwiseAbs().maxCoeff()); fmt::print(stderr, "step raw error {:.4g} left {:.4g}\n", a, b); }
     comparison_.correct(std::move(errors));
+    if (std::getenv("QDEBUG")) { fmt::print(stderr, "step {:.3g} free {:.6g} left {:.3g} moved {:.3g}\n", experiment_.steps.time_step, d_.baseline.shared.empty() ? 0 : d_.baseline.shared[0], d_.numerical_error, std::sqrt(moved)); }
+    return std::sqrt(moved);
   }
 
   static VectorXd stacked(const Experiment::Prediction& prediction) {
@@ -419,7 +429,9 @@ class Investigation {
         start.moved.push_back(c.parameters[k]);
         start.shared.push_back(at[k]);
       }
-      Fit fit = comparison_.fit(moved, settings, train_, &start, noise_given());
+      FitOptions options = noise_given();
+      options.thorough = false;
+      Fit fit = comparison_.fit(moved, settings, train_, &start, options);
       const std::string words = c.effect + (c.form.empty() ? "" : " (" + c.form + ")");
       note(fmt::format("{}, from {:.4g}", words, at[0]), fit);
       if (!fit.sound) continue;
@@ -524,7 +536,20 @@ class Investigation {
     for (std::size_t k = 0; k < std::min<std::size_t>(4, asked.size()); ++k)
       if (auto tried = attempt(curves[asked[k].second], curves[asked[k].second].probes, d_.baseline)) d_.ranking.push_back(std::move(*tried));
     weigh();
+    refine();
     settle_noise();
+  }
+
+  // The best fits once more, with slopes that are true where they are.
+  void refine() {
+    constexpr std::size_t most = 5;
+    for (std::size_t k = 0; k < std::min(most, d_.ranking.size()); ++k) {
+      Tried& t = d_.ranking[k];
+      t.fit = comparison_.fit(t.fit.moved, t.fit.settings, train_, &t.fit, noise_given());
+      note("again: " + std::string(fmt::format("{}", fmt::join(t.effects, " + "))), t.fit);
+      rate(t);
+    }
+    weigh();
   }
 
   void weigh() {

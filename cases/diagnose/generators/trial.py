@@ -118,6 +118,51 @@ class Frame:
                 break
         return best
 
+    def refitted(self, sim, most=4):
+        """What calibration leaves of a signal, with sensitivities taken anew where it leads (Gauss and Newton)."""
+        target = self.response(sim)
+        best = self.unfitted([target])[0]
+        if self.design is None:
+            return best
+        total, size = np.zeros(self.design.shape[1]), np.maximum(np.linalg.norm(self.design, axis=0), 1e-30)
+        design, rest, norm = self.design, target, np.linalg.norm(target)
+        for _ in range(most):
+            step = np.linalg.lstsq(design / size, rest, rcond=1e-9)[0] / size
+            for part in (1.0, 0.3, 0.1):
+                trial = total + part * step
+                left = target - self.response(self.e.simulate([self.calibrated(trial)])[0])
+                if np.isfinite(left).all() and np.linalg.norm(left) < norm:
+                    break
+            else:
+                break
+            gained = norm - np.linalg.norm(left)
+            total, rest, norm = trial, left, np.linalg.norm(left)
+            if norm < np.linalg.norm(best):
+                best = left
+            if gained < 0.02 * norm:
+                break
+            design = self.design_at(total)
+        return best
+
+    def design_at(self, shift):
+        """Whitened sensitivities about calibrated values."""
+        variants = [self.calibrated(shift)]
+        for name, step in self.columns:
+            moved = shift + np.array([step if label == name else 0.0 for label, run in self.labels])
+            variants.append(self.calibrated(moved))
+        sims = self.e.simulate(variants)
+        design = []
+        for (name, step), sim in zip(self.columns, sims[1:]):
+            parts = [self.white(r, (b - a) / step) for r, (a, b) in enumerate(zip(sims[0], sim))]
+            if name in self.e.init:
+                for r, part in enumerate(parts):
+                    column = np.zeros(self.offsets[-1])
+                    column[self.offsets[r]:self.offsets[r + 1]] = part
+                    design.append(column)
+            else:
+                design.append(np.concatenate(parts))
+        return np.array(design).T
+
     def calibrated(self, shift):
         """The variant whose free parameters and initial states are off by these."""
         params, init = {}, {c: np.zeros(self.e.n) for c in self.e.init}
@@ -309,7 +354,9 @@ def draw(rng, category, kind, target=None):
     sim = e.simulate([variant_of(chosen)], hooks=hooks)[0]
     if not all(np.isfinite(x).all() for x in sim):
         raise Redraw
-    signal = frame.unfitted([frame.response(sim)])[0]
+    signal = frame.refitted(sim) if chosen else frame.unfitted([frame.response(sim)])[0]
+    if len(chosen) == 1:
+        ratios = [float(np.linalg.norm(signal) / LEAST)]
     likes, best = {}, 0.0
     if chosen:
         others = [x for x in physical + instrument if all(x.name != c.name for c, s in chosen)]
