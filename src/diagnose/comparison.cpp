@@ -146,13 +146,18 @@ Whitened Comparison::whitened(std::size_t run, const RunLinear& linear, const No
   return w;
 }
 
-double Comparison::log_likelihood(const Fit& fit, const Noise& noise) const {
-  double sum = 0;
+std::vector<double> Comparison::log_likelihoods(const Fit& fit, const Noise& noise) const {
+  std::vector<double> all;
   for (std::size_t k = 0; k < fit.runs.size(); ++k) {
     const RunLinear bare{fit.linear[k].rest, MatrixXd(fit.linear[k].rest.size(), 0), MatrixXd(fit.linear[k].rest.size(), 0)};
-    if (!bare.rest.allFinite()) return -infinite;
-    sum += whitened(fit.runs[k], bare, noise, fit.horizon).log_density;
+    all.push_back(bare.rest.allFinite() ? whitened(fit.runs[k], bare, noise, fit.horizon).log_density : -infinite);
   }
+  return all;
+}
+
+double Comparison::log_likelihood(const Fit& fit, const Noise& noise) const {
+  double sum = 0;
+  for (const double one : log_likelihoods(fit, noise)) sum += one;
   return sum;
 }
 
@@ -412,7 +417,7 @@ void Comparison::settle(Fit& fit, const FitOptions& options, bool& noise_known, 
         still[k] = (fit.shared[k] >= fit.moved[k].upper && slope[i] > 0) || (fit.shared[k] <= fit.moved[k].lower && slope[i] < 0) || information(i, i) < 1e-20;
       }
       bool better = false;
-      const int attempts = fresh ? 8 : 3;
+      const int attempts = fresh ? (options.thorough ? 8 : 5) : 2;
       for (int attempt = 0; attempt < attempts && !better; ++attempt) {
         MatrixXd damped = information;
         VectorXd pull = slope;
@@ -445,7 +450,7 @@ void Comparison::settle(Fit& fit, const FitOptions& options, bool& noise_known, 
         });
         const double reached = log_likelihood(trial, trial.noise);
         if (reached > quality - 1e-9) {
-          at_rest = reached - quality < 1e-3;
+          at_rest = reached - quality < (options.thorough ? 1e-3 : 1e-2);
           for (std::size_t r = 0; r < fit.runs.size(); ++r) learn(fit.linear[r], own[r], taken, trial.linear[r].rest, white[r]);
           fit.shared = trial.shared, fit.unknowns = trial.unknowns;
           quality = reached;

@@ -81,6 +81,7 @@ class Comparison {
 
   // The likelihood of a fit's residuals under another noise.
   double log_likelihood(const Fit& fit, const Noise& noise) const;
+  std::vector<double> log_likelihoods(const Fit& fit, const Noise& noise) const;  // by run
 
   // RMS over runs of the independent residuals, each over its standard deviation; tails count as their weights say.
   double misfit(const Fit& fit, const Noise& noise) const;

@@ -220,9 +220,7 @@ class Investigation {
       numerical_.push_back(left[run]);
     }
     d_.numerical_error = std::sqrt(sum);
-    if (std::getenv("QDEBUG")) { double a = 0, b = 0; for (auto r : d_.baseline.runs) a = std::max(a, errors[r].cwiseAbs().maxCoeff()), b = std::max(b, left[r].cwiseAbs().maxCoeff()); fmt::print(stderr, "step raw error {:.4g} left {:.4g}\n", a, b); }
     comparison_.correct(std::move(errors));
-    if (std::getenv("QDEBUG")) { fmt::print(stderr, "step {:.3g} free {:.6g} left {:.3g} moved {:.3g}\n", experiment_.steps.time_step, d_.baseline.shared.empty() ? 0 : d_.baseline.shared[0], d_.numerical_error, std::sqrt(moved)); }
     return std::sqrt(moved);
   }
 
@@ -431,6 +429,7 @@ class Investigation {
       }
       FitOptions options = noise_given();
       options.thorough = false;
+      options.most_iterations = 10;
       Fit fit = comparison_.fit(moved, settings, train_, &start, options);
       const std::string words = c.effect + (c.form.empty() ? "" : " (" + c.form + ")");
       note(fmt::format("{}, from {:.4g}", words, at[0]), fit);
@@ -564,7 +563,7 @@ class Investigation {
 
   // Step 9: what a model that was fitted on the fit part tells of the select part, against the baseline treated likewise.
   void hold_out(Tried& tried) {
-    if (split_.select.empty() || split_.fit.empty()) return;
+    if (split_.select.empty() || split_.fit.empty() || !tried.held_out_runs.empty()) return;
     const FitOptions options = noise_given();
     if (!select_baseline_) {
       const Fit part = comparison_.fit(free_, {}, split_.fit, &d_.baseline, options);
@@ -575,6 +574,27 @@ class Investigation {
     note("held out: " + tried.effects.front(), there);
     tried.held_out = comparison_.misfit(there, there.noise);
     tried.held_out_gain = comparison_.log_likelihood(there, there.noise) - comparison_.log_likelihood(*select_baseline_, there.noise);
+    tried.held_out_runs = comparison_.log_likelihoods(there, there.noise);
+  }
+
+  // Whether one explanation tells the select part better than another, by more than the chance of its runs.
+  bool tells_more(Tried& more, Tried& less) {
+    hold_out(more), hold_out(less);
+    const std::size_t runs = more.held_out_runs.size();
+    if (runs == 0 || less.held_out_runs.size() != runs) return more.bic < less.bic - 6;
+    double sum = 0, square = 0;
+    for (std::size_t r = 0; r < runs; ++r) {
+      const double one = more.held_out_runs[r] - less.held_out_runs[r];
+      sum += one, square += one * one;
+    }
+    const double n = static_cast<double>(runs), spread = runs > 2 ? std::sqrt(std::max(0.0, square - sum * sum / n) * n / (n - 1)) : 0;
+    return sum > std::max(2.0, 2 * spread);
+  }
+
+  Tried* best_single() {
+    for (Tried& t : d_.ranking)
+      if (!t.candidate.free_form && !t.candidate.rival && t.effects.size() == 1) return &t;
+    return nullptr;
   }
 
   double remaining_of(const Tried& tried) {
@@ -749,14 +769,34 @@ class Investigation {
     }
     for (std::size_t k = 0; k < std::min<std::size_t>(4, d_.ranking.size()); ++k) hold_out(d_.ranking[k]);
     named = best_named();
-    if (named->held_out == 0) hold_out(*const_cast<Tried*>(named));
-    if (d_.remaining_p < left_level || better_free() || named->bic > -2) return unexplained(best_free());
+    if (named->bic > -2) return unexplained(best_free());
+    // What one effect leaves may be too little to show in runs that were not fitted: then it is told, and nothing is built on it.
+    bool little_left = false;
+    if (Tried* single = best_single(); single != nullptr && (named->effects.size() > 1 || d_.remaining_p < left_level || better_free())) {
+      constexpr double most_of_it = 0.9;
+      double greatest = 0;
+      for (const Tried& t : d_.ranking) greatest = std::max(greatest, t.gain);
+      bool more = single->gain < most_of_it * greatest;
+      for (std::size_t k = 0; k < std::min<std::size_t>(3, d_.ranking.size()) && !more; ++k) more = &d_.ranking[k] != single && tells_more(d_.ranking[k], *single);
+      if (!more) little_left = true, named = single;
+    }
+    if (!little_left && (d_.remaining_p < left_level || better_free())) return unexplained(best_free());
     d_.verdict = Verdict::omitted_physics;
     d_.effects = named->effects;
     d_.form = named->candidate.form;
     d_.best = named->fit;
     tell_bodies(*named);
     look_alikes(*named);
+    // A name that leaves something is a little less certain.
+    if (little_left) {
+      double alone = 0, all = 0;
+      for (const Tried& t : d_.ranking)
+        if (!t.candidate.free_form && t.effects.size() == 1) (t.effects == d_.effects ? alone : all) += t.probability;
+      d_.confidence = alone > 0 ? 0.85 * alone / (alone + all) : 0.5;
+      d_.remarks.push_back("Something small is left that the noise does not explain; it does not help to tell runs that were not fitted.");
+    } else if (d_.remaining_p < second_look) {
+      d_.confidence *= d_.remaining_p < family_level ? 0.6 : 0.85;
+    }
   }
 
   // Which bodies need the effect, where each has its own strength.

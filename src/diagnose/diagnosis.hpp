@@ -38,6 +38,7 @@ struct Tried {
   double probability = 0;          // among all that was tried
   double held_out = 0;             // misfit on the select part, fitted on the fit part; 0: not asked
   double held_out_gain = 0;        // ln likelihood ratio there over the baseline
+  std::vector<double> held_out_runs;  // ln likelihood there, by run
 };
 
 // The least strength of an effect that these recordings could have shown.

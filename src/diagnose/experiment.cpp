@@ -276,7 +276,7 @@ Case Experiment::case_for(std::size_t r, const Alteration& altered, const std::v
 }
 
 // The step is a part of what the law's own collision allows, or the case's own where that is longer: a fit needs thousands of runs, and the difference that
-// finer steps make is taken off and held against the noise. Where the recording is not of the contact itself, a step near the limit serves.
+// finer steps make is taken off and held against the noise. Where the recording is not of the contact itself, a step near the limit serves, and of a body that lies in its contact and does not hit it, a longer one.
 void Experiment::choose_steps() {
   double step = 1e300, longest = 1e300;
   for (std::size_t r = 0; r < runs(); ++r) {
@@ -295,7 +295,7 @@ void Experiment::choose_steps() {
       lies |= std::holds_alternative<Plane>(wall.surface) && std::abs(gap) < 0.02 * prepared_[r].radius && normal_speed < 0.02 * built.expected_speed &&
               duration > 50 * built.limit.limit;
     }
-    const double sound = lies || recording_->kind != RecordingKind::contact ? 0.9 * built.limit.limit : 0.1 * built.limit.recommended;
+    const double sound = lies ? 1.8 * built.limit.limit : recording_->kind == RecordingKind::contact ? 0.1 * built.limit.recommended : 0.9 * built.limit.limit;
     step = std::min({step, recording_->kind == RecordingKind::contact ? sound : std::max(asked.value_or(0), sound), duration / 50});
     longest = std::min(longest, duration / 100);
   }
