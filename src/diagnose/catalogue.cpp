@@ -97,10 +97,10 @@ class Collector {
     const double viscosity = known("medium.viscosity") ? number("medium.viscosity") : 1.8e-5;
     if (s_.speed > 0) {
       const double quadratic = 0.5 * fluid * area * s_.speed * s_.speed;
-      single("air_drag", "constant coefficient", "medium.drag_coefficient", 0, 0, 1e4, {0.02 * weight / quadratic, 0.2 * weight / quadratic, 0.47});
+      single("air_drag", "constant coefficient", "medium.drag_coefficient", 0, 0, 1e4, {0.02 * weight / quadratic, 0.2 * weight / quadratic, 0.47, 0.002 * weight / quadratic});
       if (2 * s_.radius * s_.speed * fluid / viscosity < 1e4 && known("medium.drag"))
         single("air_drag", "Schiller and Naumann's curve", "medium.drag_coefficient", 0, 0, 1e3, {0.1, 1.0}, {{"medium.drag", std::string("schiller_naumann")}});
-      single("viscous_drag", "", "medium.viscous_drag", 0, 0, 1e9, {0.02 * weight / (6 * pi * s_.radius * s_.speed), 0.2 * weight / (6 * pi * s_.radius * s_.speed)});
+      single("viscous_drag", "", "medium.viscous_drag", 0, 0, 1e9, {0.02 * weight / (6 * pi * s_.radius * s_.speed), 0.2 * weight / (6 * pi * s_.radius * s_.speed), 0.002 * weight / (6 * pi * s_.radius * s_.speed)});
     }
     if (s_.gravity > 0) single("buoyancy", "", "medium.buoyancy", 0, 0, 0.98 * s_.density, {0.02 * s_.density, 0.2 * s_.density});
     single("added_mass", "", "medium.added_mass_coefficient", 0, 0, 5 * s_.density / fluid, {0.02 * s_.density / fluid, 0.2 * s_.density / fluid});
@@ -174,7 +174,7 @@ class Collector {
     if (found == list.end()) found = list.insert(list.end(), Shown{target});
     for (double y : series.value) found->largest = std::max(found->largest, std::abs(y));
     const ChannelNoise& noise = baseline_.noise[static_cast<std::size_t>(series.channel)];
-    found->noise = std::max(found->noise, noise.deviation);
+    found->noise = std::max(found->noise, noise.deviation * (series.deviation.empty() ? 1 : series.deviation.front()));
     found->spacing = std::max(found->spacing, noise.spacing);
   }
 
@@ -197,7 +197,7 @@ class Collector {
       const std::string t = "instrument." + one.target + ".";
       single("sensor_gain", one.target, t + "gain", 1, 0.3, 3, {1.01, 0.95});
       single("sensor_lag", one.target, t + "lag", 0, 0, 0.3 * s_.duration, {0.5 * one.spacing, 3 * one.spacing});
-      if (Candidate* c = single("saturation", one.target, t + "saturation", one.largest * 1.5, 0.1 * one.largest, 1.5 * one.largest, {0.97 * one.largest, 0.85 * one.largest, 0.6 * one.largest}))
+      if (Candidate* c = single("saturation", one.target, t + "saturation", one.largest * 1.5, 0.1 * one.largest, 1.5 * one.largest, {0.97 * one.largest, one.largest - 3 * one.noise, one.largest - 12 * one.noise, 0.85 * one.largest, 0.6 * one.largest}))
         c->parameters[0].scale = 0.05 * one.largest;
     }
     if (spacing > 0) single("clock_shift", "", "instrument.clock_shift", 0, -0.3 * s_.duration, 0.3 * s_.duration, {0.3 * spacing, 2 * spacing, -2 * spacing});

@@ -627,7 +627,7 @@ Comparison::Pieces Comparison::pieces_of(const Fit& fit, std::size_t place) cons
       if (to - from >= 2) {
         const std::size_t count = std::clamp<std::size_t>((to - from) / samples_per_curve, 1, most_curves);
         const double middle = 0.5 * (series.t[from] + series.t[to - 1]), half = std::max(0.5 * (series.t[to - 1] - series.t[from]), 1e-300);
-        for (std::size_t k = piece == 0 && about_mean ? 1 : 0; k < count; ++k) {
+        for (std::size_t k = about_mean && (piece == 0 || bounces) ? 1 : 0; k < count; ++k) {
           const Row c = add();
           for (std::size_t i = from; i < to; ++i)
             columns(row + static_cast<Row>(i), c) = std::legendre(static_cast<unsigned>(k), std::clamp((series.t[i] - middle) / half, -1.0, 1.0)) * noise.deviation;

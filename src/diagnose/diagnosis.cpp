@@ -82,7 +82,7 @@ class Investigation {
       // What steps err by depends on where the calibration leads, and the other way round.
       constexpr int most_turns = 4;
       for (int turn = 0; turn < most_turns && look_for_numerics() > 0.3; ++turn) calibrate();
-      if (d_.numerical_error < 1 || refinement == most_refinements || !affordable()) break;
+      if (d_.numerical_error < 0.5 || refinement == most_refinements || !affordable()) break;
       experiment_.steps.time_step *= 0.5;
       experiment_.steps.longest_flight_step *= 0.5;
       comparison_.correct({});
@@ -118,7 +118,6 @@ class Investigation {
   Noise noise_about(const Fit& fit, const std::vector<Direction>& directions) const {
     std::vector<std::vector<VectorXd>> columns;
     for (const Direction& direction : directions) {
-      if (direction.probe != 0) continue;
       const auto& column = direction.columns[0];
       if (std::all_of(column.begin(), column.end(), [](const VectorXd& run) { return run.allFinite(); })) columns.push_back(column);
     }
@@ -341,10 +340,21 @@ class Investigation {
     return all;
   }
 
+  // A first probe that is too strong to be simulated is brought nearer to nothing.
+  void soften(Candidate& c) const {
+    for (int tries = 0; tries < 3; ++tries) {
+      const std::vector<VectorXd> shown = response_of(d_.baseline, c, c.probes[0]);
+      if (std::all_of(shown.begin(), shown.end(), [](const VectorXd& run) { return run.allFinite(); })) return;
+      const double nothing = c.parameters[0].value;
+      c.probes[0][0] = nothing + 0.1 * (c.probes[0][0] - nothing);
+    }
+  }
+
   // Steps 5 and 7: is anything left, and how each candidate would show.
   void judge_baseline() {
     sizes_ = sizes_of(comparison_, d_.baseline);
     candidates_ = candidates_for(comparison_, d_.baseline, sizes_);
+    for (Candidate& c : candidates_) soften(c);
     reynolds_ = 2 * sizes_.radius * sizes_.speed * experiment_.base().number("medium.density") / experiment_.base().number("medium.viscosity");
     directions_ = directions_about(d_.baseline, {});
     d_.baseline.noise = noise_about(d_.baseline, directions_);

@@ -295,8 +295,9 @@ void Experiment::choose_steps() {
       lies |= std::holds_alternative<Plane>(wall.surface) && std::abs(gap) < 0.02 * prepared_[r].radius && normal_speed < 0.02 * built.expected_speed &&
               duration > 50 * built.limit.limit;
     }
-    const double sound = lies ? 1.8 * built.limit.limit : recording_->kind == RecordingKind::contact ? 0.1 * built.limit.recommended : 0.9 * built.limit.limit;
-    step = std::min({step, recording_->kind == RecordingKind::contact ? sound : std::max(asked.value_or(0), sound), duration / 50});
+    const bool one_impact = recording_->kind == RecordingKind::contact || recording_->runs[r].conditions.count("impact_speed") > 0;
+    const double sound = lies ? 1.8 * built.limit.limit : one_impact ? 0.1 * built.limit.recommended : 0.6 * built.limit.limit;
+    step = std::min({step, one_impact ? sound : std::max(asked.value_or(0), sound), duration / 50});
     longest = std::min(longest, duration / 100);
   }
   steps.time_step = step;

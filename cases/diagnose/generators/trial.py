@@ -125,24 +125,37 @@ class Frame:
         if self.design is None:
             return best
         total, size = np.zeros(self.design.shape[1]), np.maximum(np.linalg.norm(self.design, axis=0), 1e-30)
-        design, rest, norm = self.design, target, np.linalg.norm(target)
-        for _ in range(most):
-            step = np.linalg.lstsq(design / size, rest, rcond=1e-9)[0] / size
-            for part in (1.0, 0.3, 0.1):
-                trial = total + part * step
-                left = target - self.response(self.e.simulate([self.calibrated(trial)])[0])
-                if np.isfinite(left).all() and np.linalg.norm(left) < norm:
+        design, rest = self.design, target
+        # Bounces fall out of step: a beginning of each run first, then more.
+        parts = (0.15, 0.35, 0.65, 1.0) if self.e.kind in ("bounce", "impact_times") else (1.0,)
+        for share in parts:
+            rows = self.early(share)
+            norm = np.linalg.norm(rest[rows])
+            for _ in range(most):
+                step = np.linalg.lstsq((design / size)[rows], rest[rows], rcond=1e-9)[0] / size
+                for part in (1.0, 0.3, 0.1):
+                    trial = total + part * step
+                    left = target - self.response(self.e.simulate([self.calibrated(trial)])[0])
+                    if np.isfinite(left).all() and np.linalg.norm(left[rows]) < norm:
+                        break
+                else:
                     break
-            else:
-                break
-            gained = norm - np.linalg.norm(left)
-            total, rest, norm = trial, left, np.linalg.norm(left)
-            if norm < np.linalg.norm(best):
-                best = left
-            if gained < 0.02 * norm:
-                break
-            design = self.design_at(total)
+                gained = norm - np.linalg.norm(left[rows])
+                total, rest, norm = trial, left, np.linalg.norm(left[rows])
+                if gained < 0.02 * norm:
+                    break
+                design = self.design_at(total)
+        if np.linalg.norm(rest) < np.linalg.norm(best):
+            best = rest
         return best
+
+    def early(self, share):
+        """Which samples lie in the first part of their run."""
+        keep = []
+        for r in range(self.e.n):
+            t = np.asarray(self.e.times[r], float)
+            keep += [t <= t[0] + share * (t[-1] - t[0]) + 1e-12] * len(self.e.channels)
+        return np.concatenate(keep)
 
     def design_at(self, shift):
         """Whitened sensitivities about calibrated values."""
