@@ -132,6 +132,8 @@ class Frame:
             rows = self.early(share)
             norm = np.linalg.norm(rest[rows])
             for _ in range(most):
+                if not np.isfinite(design).all():  # a ball sticks there
+                    break
                 step = np.linalg.lstsq((design / size)[rows], rest[rows], rcond=1e-9)[0] / size
                 for part in (1.0, 0.3, 0.1):
                     trial = total + part * step
