@@ -438,8 +438,9 @@ class Investigation {
         start.shared.push_back(at[k]);
       }
       FitOptions options = noise_given();
-      options.thorough = false;
-      options.most_iterations = 10;
+      // Many numbers at once need true slopes on their way.
+      options.thorough = c.parameters.size() > 2 && !c.free_form;
+      options.most_iterations = options.thorough ? 30 : 15;
       Fit fit = comparison_.fit(moved, settings, train_, &start, options);
       const std::string words = c.effect + (c.form.empty() ? "" : " (" + c.form + ")");
       note(fmt::format("{}, from {:.4g}", words, at[0]), fit);
@@ -561,9 +562,21 @@ class Investigation {
     weigh();
   }
 
+  // Instruments are calibrated: a scale is wrong by some hundredths, not by half.
+  static double strangeness(const Fit& fit) {
+    constexpr double usual = 0.05;
+    double sum = 0;
+    for (std::size_t k = 0; k < fit.moved.size(); ++k)
+      if (fit.moved[k].path.front() == "instrument" && fit.moved[k].path.back() == "gain") {
+        const double off = std::log(fit.shared[k]) / usual;
+        sum += 0.5 * off * off;
+      }
+    return sum;
+  }
+
   void weigh() {
     double most = std::log(prior_none);
-    const auto weight = [&](const Tried& t) { return -0.5 * t.bic + (t.effects.size() > 1 ? std::log(prior_two / effects_count()) : log_prior(t.candidate)); };
+    const auto weight = [&](const Tried& t) { return -0.5 * t.bic - strangeness(t.fit) + (t.effects.size() > 1 ? std::log(prior_two / effects_count()) : log_prior(t.candidate)); };
     for (const Tried& t : d_.ranking) most = std::max(most, weight(t));
     double sum = prior_none * std::exp(-most);
     for (Tried& t : d_.ranking) t.probability = std::exp(weight(t) - most), sum += t.probability;
@@ -718,7 +731,7 @@ class Investigation {
         if (!tried) continue;
         tried->effects = {first.candidate.effect, second.effect};
         if (second.rival) {
-          add_beside(first, second, std::move(*tried));
+          if (first.candidate.form.find("beside") == std::string::npos) add_beside(first, second, std::move(*tried));
           continue;
         }
         tried->candidate.settings.insert(tried->candidate.settings.begin(), first.candidate.settings.begin(), first.candidate.settings.end());
