@@ -1,6 +1,6 @@
 // One contact with effects, in their fixed order (docs/effects.md):
 //   1 the rod's end gives way   2 yield   3 the law's curve, powder, power, hardening   4 adhesion   5 the table   6 damping: the law's,
-//   scaled for speed and powder, and the viscoelastic   7 never more attractive than 4 and 5 without damping and never below 0 without 4
+//   scaled for speed and powder, and the viscoelastic   7 never more attractive than 5 without damping, unless 4 holds them
 //   8 the bridge and the film pull and push beside the solids   9 friction, rolling and torsion under the force of the solids
 // The loss along the normal is what the energy balance of the contact leaves: energy before − energy now − work on the bodies, by the
 // trapezoidal rule, so that what snaps, breaks or yields is counted when it does.
@@ -73,8 +73,16 @@ QUERN_INLINE void act_with_effects(const Law& law, const Extras& x, const Approa
     energy += bond.energy;
     stiffness = greater(zero, stiffness + bond.stiffness);
     pull_off = T(1.5 * Adhesion::pi * x.adhesion.work) * radius;
+    // The dashpot belongs to the face that is in contact, which the neck widens.
+    at.overlap = bond.radius * bond.radius / radius;
+    at.contact_radius = bond.radius;
+    NormalPart<T> face;
+    law.normal(at, face);
+    part.damping = face.damping, part.shared = face.shared;
+    at.overlap = reading.overlap;
+    at.contact_radius = square_root(radius * reading.overlap);
   }
-  const T floor = lesser(zero, elastic);
+  const T floor = x.adhesion.work > 0 ? T(-1e300) : T(lesser(zero, elastic));
   if (x.table.on()) {
     elastic += x.table(pressed, closing, m.age);
     if (x.table.stores()) energy += x.table.integral(pressed);

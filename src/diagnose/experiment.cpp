@@ -50,11 +50,28 @@ Alteration in_run(const Alteration& altered, std::size_t run) {
   return own;
 }
 
-// Until a body in flight meets a plane, under its present acceleration; no_bound where it does not come nearer.
-double time_to_touch(const BodyState& body, const Wall& plane) {
-  if (!(body.gap > 0) || !(body.gap_rate < 0)) return no_bound;
-  const double acceleration = body.acceleration.dot(plane.pose.axes.col(2)), root = body.gap_rate * body.gap_rate - 2 * acceleration * body.gap;
-  return root > 0 ? 2 * body.gap / (std::sqrt(root) - body.gap_rate) : no_bound;
+// Gaps to a wall at which the force on a body jumps: touch, and where necks, bridges and films end [m].
+std::vector<double> jumps_of(const Simulation& s, const Wall& wall) {
+  std::vector<double> gaps{0};
+  const std::uint8_t kind = s.pair_kind[s.particles.material[0] * s.materials.size() + wall.material];
+  if (kind == no_law) return gaps;
+  const Extras& x = s.pair_laws[kind].extras;
+  const double radius = s.particles.radius(0);
+  if (x.adhesion.work > 0) gaps.push_back(x.adhesion.reach(radius));
+  if (x.bridge.volume > 0) gaps.push_back(x.bridge.reach(radius));
+  if (x.lubrication.viscosity > 0) gaps.push_back(x.lubrication.thickness);
+  return gaps;
+}
+
+// Until a body comes to the next of these gaps to a plane, under its present acceleration; no_bound where it does not.
+double time_to_jump(const BodyState& body, const Wall& plane, const std::vector<double>& gaps) {
+  const double acceleration = body.acceleration.dot(plane.pose.axes.col(2));
+  double soonest = no_bound;
+  for (const double gap : gaps) {
+    const double way = body.gap - gap, root = body.gap_rate * body.gap_rate - 2 * acceleration * way;
+    if (way * body.gap_rate < 0 && root > 0 && (gap > 0 || way > 0)) soonest = std::min(soonest, 2 * std::abs(way) / (std::sqrt(root) + std::abs(body.gap_rate)));
+  }
+  return soonest;
 }
 
 // Until the force between bodies that part has died away, as it fell in the last step; no_bound where it does not, or all but has.
@@ -311,6 +328,7 @@ bool Experiment::go(std::size_t, const Case& c, double until, Watcher&& watch) c
   s.start(false);
   const Wall* wall = s.walls.empty() ? nullptr : &s.walls[nearest_wall_];
   const Wall* plane = wall != nullptr && std::holds_alternative<Plane>(wall->surface) ? wall : nullptr;
+  const std::vector<double> jumps = plane != nullptr ? jumps_of(s, *plane) : std::vector<double>();
   BodyState now = body_state(s, wall), earlier = now;
   const auto most = static_cast<std::int64_t>(steps.longest_flight_step / steps.time_step * (1 + 1e-9));
   constexpr std::int64_t most_steps = 20'000'000;
@@ -322,10 +340,10 @@ bool Experiment::go(std::size_t, const Case& c, double until, Watcher&& watch) c
       // Contacts begin and end on a step: what steps err by is then a smooth function of their length and of what a fit moves.
       // The last bit of the way is a step of its own, since a dashpot's force jumps at first touch and would act on all of the step that ends there.
       const bool watches = most > 1 && free == 1 && plane;
-      const double touch = watches ? time_to_touch(now, *plane) : no_bound, part = watches ? time_to_part(earlier, now) : no_bound, bit = 1e-6 * steps.time_step;
+      const double jump = watches ? time_to_jump(now, *plane, jumps) : no_bound, part = watches ? time_to_part(earlier, now) : no_bound, bit = 1e-6 * steps.time_step;
       earlier = before;
       if (free > 1) s.fly(free);
-      else if (touch < steps.time_step) s.fly_for(touch > 10 * bit ? touch - 5 * bit : touch + bit);
+      else if (jump < steps.time_step) s.fly_for(jump > 10 * bit ? jump - 5 * bit : jump + bit);
       else if (part < steps.time_step) s.fly_for(part);
       else s.step();
     } catch (const RunError&) {

@@ -39,16 +39,17 @@ std::int64_t free_steps(const Simulation& s, std::int64_t most) {
       if (std::holds_alternative<Plane>(wall.surface)) {
         // Only what goes towards a plane counts.
         const Vec3 normal = wall.pose.axes.col(2);
-        const double gap = gap_to(wall, x, radius, 0);
+        const double gap = gap_to(wall, x, radius, 0) - s.contacts.reach;
+        if (!(gap > 0)) return 1;
         steps = std::min(steps, steps_through(gap, std::max(0.0, -v.dot(normal)), a.norm(), s.clock.time_step, most));
       } else {
-        const double gap = gap_to(wall, x, radius, 10 * radius);
+        const double gap = gap_to(wall, x, radius, 10 * radius) - s.contacts.reach;
         steps = std::min(steps, steps_through(gap, v.norm(), a.norm(), s.clock.time_step, most));
       }
     }
     for (std::size_t j = 0; j < i; ++j) {
       const Vec3 apart = x - vec(s.particles.position[j]);
-      const double gap = apart.norm() - radius - s.particles.position[j].w;
+      const double gap = apart.norm() - radius - s.particles.position[j].w - s.contacts.reach;
       steps = std::min(steps, steps_through(gap, (v - vec(s.particles.velocity[j])).norm(), a.norm() + 2 * vec(s.particles.acceleration[j]).norm(),
                                             s.clock.time_step, most));
     }

@@ -4,7 +4,7 @@
 
 namespace quern {
 
-// A number of time steps, at most `most`, in which nothing touches or comes to touch, judged by gaps, speeds and twice the present
+// A number of time steps, at most `most`, in which nothing acts on another or comes to do so, judged by gaps, speeds and twice the present
 // accelerations; 1 where something is near, where walls move or where space is periodic. Looks at every pair: for a few particles.
 std::int64_t free_steps(const Simulation& simulation, std::int64_t most);
 
