@@ -167,6 +167,7 @@ TEST_CASE("the signal of a run is what a comparison takes it for, through every 
       {},
       {"instrument.clock_shift=0.01"},
       {"instrument.clock_shift=-0.01"},
+      {"instrument.clock_shift=0.002", "instrument.velocity.clock_shift=-0.007", "instrument.z.clock_shift=0.01"},
       {"instrument.position.gain=0.977", "instrument.z.offset=0.01", "instrument.z.curvature=0.02"},
       {"instrument.velocity.lag=3 ms", "instrument.position.lag=20 us", "instrument.vx.saturation=1.2"},
   };

@@ -20,10 +20,8 @@ def keys_of(truth):
     group = numbers.pop("instrument.channels", None)
     named = {}
     for key, value in numbers.items():
-        if key == "instrument.shift":
-            key = "instrument.clock_shift"
-        elif group and key.startswith("instrument."):
-            key = key.replace("instrument.", f"instrument.{group}.")
+        if group and key.startswith("instrument."):
+            key = key.replace("instrument.", f"instrument.{group}.").replace(".shift", ".clock_shift")
         named[key] = value
     return named
 

@@ -329,7 +329,7 @@ InstrumentSettings read_instrument(const Values& v) {
   for (const std::string& name : v.names("instrument")) {
     const std::string t = "instrument." + name;
     if (std::find(targets.begin(), targets.end(), name) == targets.end()) v.refuse(t, fmt::format("found \"{}\", which is no channel; allowed is {}", name, quoted_list(targets)));
-    Instrument one{v.number(t + ".offset"), v.number(t + ".gain"), v.number(t + ".curvature"), v.number(t + ".lag")};
+    Instrument one{v.number(t + ".offset"), v.number(t + ".gain"), v.number(t + ".curvature"), v.number(t + ".lag"), v.number(t + ".clock_shift")};
     if (const auto most = v.number_if(t + ".saturation")) one.saturation = *most;
     settings.channels.push_back({name, one});
   }

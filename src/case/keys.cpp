@@ -275,6 +275,7 @@ constexpr Key table[] = {
     {"instrument.<channel>.gain", number, "1", "1", positive, "", "Factor of the scale", ""},
     {"instrument.<channel>.curvature", number, "1", "0", any, "", "Quadratic distortion of the scale: curvature × value² is added, in one over the channel's SI unit", ""},
     {"instrument.<channel>.lag", number, "s", "0", not_negative, "", "Time constant of a first-order lag", ""},
+    {"instrument.<channel>.clock_shift", number, "s", "0", any, "", "By which the clock of this channel is late, beside that of the recording", ""},
     {"instrument.<channel>.saturation", number, "1", "", positive, "", "Greatest value shown, either way, in the channel's SI unit; default: none", ""},
 
     // A comparison with recordings (quern diagnose)

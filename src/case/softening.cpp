@@ -225,6 +225,25 @@ Json json_of(const Estimate& e) {
   return json;
 }
 
+// Calls visit(key, value, power) for each number that falls as a power of the softening.
+template <class Visit>
+void each_stiffness(Case& c, Visit&& visit) {
+  for (Material& m : c.materials)
+    if (m.young > 0) visit("material." + m.name + ".young", m.young, 1.0);
+  for (PairCase& pair : c.pairs) {
+    const std::string table = pair.a == "default" ? "pair.default." : fmt::format("pair.{}.{}.", pair.a, pair.b);
+    const auto each = [&](const char* key, std::optional<double>& value, double power) {
+      if (value) visit(table + key, *value, power);
+    };
+    each("normal_stiffness", pair.normal_stiffness, 1);
+    each("penetration_factor", pair.penetration_factor, 0.5);
+    each("tangential_stiffness", pair.tangential_stiffness, 1);
+    each("normal_damping", pair.normal_damping, 0.5);
+    each("stiffness_coefficient", pair.stiffness_coefficient, 1);
+    each("damping_coefficient", pair.damping_coefficient, (1 + pair.damping_exponent) / (1 + pair.stiffness_exponent));
+  }
+}
+
 Json json_of(const SoftRun& run) {
   Json json = {{"time_step", run.time_step}, {"time_step_limit", run.limit}, {"steps", run.steps}, {"wall_clock", run.wall_clock}, {"energy_closure", run.closure}};
   if (run.overlap) json["overlap_peak"] = *run.overlap;
@@ -233,23 +252,15 @@ Json json_of(const SoftRun& run) {
 
 }  // namespace
 
+void soften(Case& c, double factor) {
+  each_stiffness(c, [&](const std::string&, double& value, double power) { value *= std::pow(factor, -power); });
+}
+
 std::vector<std::string> softened(const Case& c, double factor) {
   std::vector<std::string> overrides;
-  const auto set = [&](const std::string& key, double value) { overrides.push_back(fmt::format("{}={}", key, value)); };
-  for (const Material& m : c.materials)
-    if (m.young > 0) set("material." + m.name + ".young", m.young / factor);
-  for (const PairCase& pair : c.pairs) {
-    const std::string table = pair.a == "default" ? "pair.default." : fmt::format("pair.{}.{}.", pair.a, pair.b);
-    const auto shrink = [&](const char* key, const std::optional<double>& value, double power) {
-      if (value) set(table + key, *value * std::pow(factor, -power));
-    };
-    shrink("normal_stiffness", pair.normal_stiffness, 1);
-    shrink("penetration_factor", pair.penetration_factor, 0.5);
-    shrink("tangential_stiffness", pair.tangential_stiffness, 1);
-    shrink("normal_damping", pair.normal_damping, 0.5);
-    shrink("stiffness_coefficient", pair.stiffness_coefficient, 1);
-    shrink("damping_coefficient", pair.damping_coefficient, (1 + pair.damping_exponent) / (1 + pair.stiffness_exponent));
-  }
+  Case softer = c;
+  soften(softer, factor);
+  each_stiffness(softer, [&](const std::string& key, double& value, double) { overrides.push_back(fmt::format("{}={}", key, value)); });
   return overrides;
 }
 

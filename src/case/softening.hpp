@@ -13,8 +13,10 @@
 
 namespace quern {
 
-// Overrides that divide every Young's modulus and every given contact stiffness by `factor` and leave each law's restitution at every speed
+// Divides every Young's modulus and every given contact stiffness by `factor` and leaves each law's restitution at every speed
 // as it is: dampings that a case gives as such shrink with the stiffness, q ∝ k^((1+s)/(r+1)) for k δ^r + q δ^s v.
+void soften(Case& c, double factor);
+// The overrides that do so.
 std::vector<std::string> softened(const Case& c, double factor);
 
 inline constexpr double soft_tolerance = 0.05;        // of its value, or radians of an angle, by which an output may differ and count as the same

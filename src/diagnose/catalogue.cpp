@@ -197,6 +197,8 @@ class Collector {
       const std::string t = "instrument." + one.target + ".";
       single("sensor_gain", one.target, t + "gain", 1, 0.3, 3, {1.01, 0.95});
       single("sensor_lag", one.target, t + "lag", 0, 0, 0.3 * s_.duration, {0.5 * one.spacing, 3 * one.spacing});
+      if (quantities.size() > 1)
+        single("clock_shift", one.target, t + "clock_shift", 0, -0.3 * s_.duration, 0.3 * s_.duration, {0.3 * one.spacing, 2 * one.spacing, -2 * one.spacing});
       if (Candidate* c = single("saturation", one.target, t + "saturation", one.largest * 1.5, 0.1 * one.largest, 1.5 * one.largest,
                                 {0.97 * one.largest, one.largest - 3 * one.noise, one.largest - 12 * one.noise, 0.85 * one.largest, 0.6 * one.largest}))
         c->parameters[0].scale = 0.05 * one.largest;
@@ -368,7 +370,7 @@ std::vector<EffectEntry> all_effects() {
       {"sensor_offset", "instrument.<channel>.offset", "there before anything happens", "the reading at rest", ""},
       {"sensor_gain", "instrument.<channel>.gain", "all of a channel by one factor", "a known length or load", ""},
       {"sensor_lag", "instrument.<channel>.lag", "behind in proportion to the rate", "a step", ""},
-      {"clock_shift", "instrument.clock_shift", "in proportion to the rate, in all channels alike", "a mark in both records", ""},
+      {"clock_shift", "instrument.clock_shift, instrument.<channel>.clock_shift", "in proportion to the rate; mostly in all channels alike", "a mark in both records", ""},
       {"saturation", "instrument.<channel>.saturation", "cut flat above one level", "a weaker signal", ""},
   };
 }

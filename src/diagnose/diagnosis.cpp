@@ -83,8 +83,7 @@ class Investigation {
       constexpr int most_turns = 4;
       for (int turn = 0; turn < most_turns && look_for_numerics() > 0.3; ++turn) calibrate();
       if (d_.numerical_error < 0.5 || refinement == most_refinements || !affordable()) break;
-      experiment_.steps.time_step *= 0.5;
-      experiment_.steps.longest_flight_step *= 0.5;
+      experiment_.steps = experiment_.steps.finer(2);
       comparison_.correct({});
     }
     if (d_.numerical_error > 3)
@@ -186,22 +185,24 @@ class Investigation {
     return false;
   }
 
-  // Step 2: what finite steps err by at the baseline, of first and second order in them, is told from a half and a quarter of the step and taken off all
+  // Step 2: what finite steps (and softer contacts) err by at the baseline, of first and second order in them, is told from a half and a quarter of the step and taken off all
   // predictions; what the second order was is taken for what is left (Richardson 1911).
   // Returns by how much that moved the predictions, in standard deviations of all samples together.
   double look_for_numerics() {
-    Experiment halved = experiment_, quartered = experiment_;
-    halved.steps.time_step *= 0.5, halved.steps.longest_flight_step *= 0.5;
-    quartered.steps.time_step *= 0.25, quartered.steps.longest_flight_step *= 0.25;
+    const StepControl stiff = experiment_.steps.stiff();
+    Experiment plain = experiment_, halved = experiment_, quartered = experiment_;
+    plain.steps = stiff, halved.steps = stiff.finer(2), quartered.steps = stiff.finer(4);
     std::vector<VectorXd> errors(experiment_.runs()), left(experiment_.runs());
     const Alteration altered = comparison_.alteration_of(d_.baseline);
     comparison_.team().run(static_cast<int>(experiment_.runs()), [&](int place) {
       const auto run = static_cast<std::size_t>(place);
       const std::vector<double>& unknowns = d_.baseline.unknowns[run];
-      const VectorXd whole = stacked(experiment_.predict(run, altered, unknowns)), half = stacked(halved.predict(run, altered, unknowns)),
+      const VectorXd used = stacked(experiment_.predict(run, altered, unknowns));
+      const VectorXd whole = experiment_.steps.softness > 1 ? stacked(plain.predict(run, altered, unknowns)) : used, half = stacked(halved.predict(run, altered, unknowns)),
                      quarter = stacked(quartered.predict(run, altered, unknowns));
-      errors[run] = (8 * quarter - 6 * half + whole) / 3 - whole;
-      left[run] = whole + errors[run] - (2 * quarter - half);
+      const VectorXd exact = (8 * quarter - 6 * half + whole) / 3;
+      errors[run] = exact - used;
+      left[run] = exact - (2 * quarter - half);
       if (!left[run].allFinite()) errors[run].setZero(), left[run].setZero();
     });
     double sum = 0, moved = 0;
@@ -882,7 +883,7 @@ class Investigation {
 
   // Steps 6, 12 and 13.
   Diagnosis finish() {
-    d_.steps = experiment_.steps;
+    d_.steps = experiment_.steps.stiff();
     const Fit& b = d_.baseline;
     const Noise& noise = d_.best.noise;
     d_.train = {comparison_.misfit(b, noise), comparison_.misfit(d_.best, noise)};

@@ -1,17 +1,20 @@
 #include "src/diagnose/experiment.hpp"
 #include <fmt/format.h>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include "src/base/error.hpp"
 #include "src/case/build.hpp"
+#include "src/case/softening.hpp"
 #include "src/diagnose/signal.hpp"
 #include "src/engine/free_flight.hpp"
 
 namespace quern {
 namespace {
 
+constexpr std::array softnesses = {100.0, 30.0, 10.0, 3.0};  // that are tried for bodies that lie
 constexpr double failed = std::numeric_limits<double>::quiet_NaN();
 
 Path sorted_pair(Path path) {
@@ -289,14 +292,37 @@ Case Experiment::case_for(std::size_t r, const Alteration& altered, const std::v
   c.inserts[0].allowed_overlap = 1;
   c.time_step = steps.time_step;
   c.looked_at = true;
+  if (steps.softness > 1) soften(c, steps.softness);
   return c;
+}
+
+// How much softer contacts may be: a body that lies still sinks in by no more than a hundredth of its radius.
+double Experiment::softness_at_rest(std::size_t r) const {
+  constexpr double deepest = 1e-2;
+  constexpr int settling = 600;  // steps
+  for (const double softness : softnesses) {
+    Case c = case_of(prepared_[r].values);
+    c.inserts[0].balls[0] = {prepared_[r].position, Vec3::Zero(), Vec3::Zero()};
+    c.inserts[0].allowed_overlap = 1;
+    c.time_step.reset();
+    soften(c, softness);
+    Simulation s = build_case(c).simulation;
+    s.start(false);
+    double sum = 0;
+    for (int k = 0; k < settling; ++k) {
+      s.step();
+      sum -= body_state(s, &s.walls[nearest_wall_]).gap;
+    }
+    if (sum / settling < deepest * prepared_[r].radius) return softness;
+  }
+  return 1;
 }
 
 // The step is a part of what the law's own collision allows, or the case's own where that is longer: a fit needs thousands of runs, and the difference that
 // finer steps make is taken off and held against the noise. Where the recording is not of the contact itself, a step near the limit serves, and a longer one
-// where the body lies in its contact.
+// where the body lies in its contact; if all do, contacts are softer too, as far as they stay shallow.
 void Experiment::choose_steps() {
-  double step = 1e300, longest = 1e300;
+  double step = 1e300, longest = 1e300, softness = softnesses[0];
   for (std::size_t r = 0; r < runs(); ++r) {
     Case c = case_of(prepared_[r].values);
     InsertCase::Ball& ball = c.inserts[0].balls[0];
@@ -314,12 +340,23 @@ void Experiment::choose_steps() {
               duration > 50 * built.limit.limit;
     }
     const bool one_impact = recording_->kind == RecordingKind::contact || recording_->runs[r].conditions.count("impact_speed") > 0;
+    softness = lies ? std::min(softness, softness_at_rest(r)) : 1;
     const double sound = lies ? 1.8 * built.limit.limit : one_impact ? 0.1 * built.limit.recommended : 0.6 * built.limit.limit;
     step = std::min({step, one_impact ? sound : std::max(asked.value_or(0), sound), duration / 50});
     longest = std::min(longest, duration / 100);
   }
   steps.time_step = step;
   steps.longest_flight_step = std::max(step, longest);
+  if (!(softness > 1)) return;
+  double soft_step = step * std::sqrt(softness);
+  for (std::size_t r = 0; r < runs(); ++r) {
+    Case c = case_of(prepared_[r].values);
+    c.inserts[0].allowed_overlap = 1;
+    c.time_step.reset();
+    soften(c, softness);
+    soft_step = std::min({soft_step, 1.8 * build_case(c).limit.limit, (recording_->runs[r].last_time() - prepared_[r].start) / 200});
+  }
+  if (soft_step > step) steps = {soft_step, std::max(soft_step, longest), softness, step};
 }
 
 template <class Watcher>
@@ -383,7 +420,7 @@ Experiment::Prediction Experiment::predict(std::size_t r, const Alteration& alte
       return result;
     }
     SignalReader reader(run, c.instrument, start);
-    const double until = std::min(run.last_time(), end) - start - std::min(0.0, c.instrument.clock_shift) + steps.time_step;
+    const double until = std::min(run.last_time(), end) - start - c.instrument.earliest_shift() + steps.time_step;
     bool first = true;
     const bool ran = go(r, c, until, [&](const BodyState& before, const BodyState& now) {
       if (first) reader.begin(before);

@@ -32,6 +32,12 @@ struct Unknown {
 struct StepControl {
   double time_step = 0;          // [s]
   double longest_flight_step = 0;  // [s]; at most time_step: every step is one time step, as in a run of the case
+  double softness = 1;             // by which contacts are softer than in the case: a body that rolls hardly feels it, the step does
+  double stiff_step = 0;           // for contacts as they are, where they are softer [s]
+
+  // With the contacts of the case.
+  StepControl stiff() const { return softness > 1 ? StepControl{stiff_step, std::max(stiff_step, longest_flight_step)} : *this; }
+  StepControl finer(double factor) const { return {time_step / factor, longest_flight_step / factor, softness, stiff_step / factor}; }
 };
 
 // What a comparison does to the case: numbers that it moves, and other keys that it sets first.
@@ -101,6 +107,7 @@ class Experiment {
   };
   void prepare(std::size_t run);
   void choose_steps();
+  double softness_at_rest(std::size_t run) const;
   Start start_of(std::size_t run, const std::vector<double>& unknowns) const;
   Case case_for(std::size_t run, const Alteration& altered, const std::vector<double>& unknowns) const;
   template <class Watcher>

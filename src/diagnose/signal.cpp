@@ -13,11 +13,10 @@ BodyReading reading_of(Channel channel) {
 }  // namespace
 
 SignalReader::SignalReader(const RecordedRun& run, const InstrumentSettings& settings, double start) {
-  const double offset = start + settings.clock_shift;
   for (const Series& series : run.series) {
     const Instrument instrument = settings.of(name_of(series.channel), quantity_of(series.channel));
     told_.push_back({series.t, ShownReading(reading_of(series.channel), axis_of(series.channel), instrument), 0});
-    for (double& t : told_.back().times) t -= offset;
+    for (double& t : told_.back().times) t -= start + instrument.shift;
     values_.emplace_back(series.value.size(), std::nan(""));
   }
 }
@@ -25,7 +24,7 @@ SignalReader::SignalReader(const RecordedRun& run, const InstrumentSettings& set
 void SignalReader::begin(const BodyState& first) {
   for (std::size_t k = 0; k < told_.size(); ++k) {
     Told& one = told_[k];
-    one.shown.begin(first);
+    one.shown.begin(first, one.times.empty() ? first.time : one.times.front());
     for (; one.next < one.times.size() && one.times[one.next] <= first.time; ++one.next) values_[k][one.next] = one.shown.before(first, one.times[one.next]);
   }
 }

@@ -14,9 +14,19 @@ double lagged_after(double lagged, double u0, double u1, double h, double lag) {
 
 }  // namespace
 
-void ShownReading::begin(const BodyState& first) { lagged_ = instrument_.scaled(value_between(reading_, axis_, first, first, 0)); }
+void ShownReading::begin(const BodyState& first, double start) {
+  start_ = std::min(start, first.time);
+  lagged_ = lagged_before(first, first.time);
+}
 
-double ShownReading::before(const BodyState& first, double time) const { return instrument_.cut(instrument_.scaled(value_before(reading_, axis_, first, first.time - time))); }
+double ShownReading::before(const BodyState& first, double time) const { return instrument_.cut(lagged_before(first, time)); }
+
+// The body came straight: after its first instant the lag falls behind by what changes in its time constant.
+double ShownReading::lagged_before(const BodyState& first, double time) const {
+  const auto scaled = [&](double when) { return instrument_.scaled(value_before(reading_, axis_, first, first.time - when)); };
+  if (!(instrument_.lag > 0)) return scaled(time);
+  return scaled(time) - (scaled(time) - scaled(time - instrument_.lag)) * -std::expm1(-std::max(0.0, time - start_) / instrument_.lag);
+}
 
 void ShownReading::read(const BodyState& before, const BodyState& now, std::span<const double> times, double* values) {
   const double step = now.time - before.time;

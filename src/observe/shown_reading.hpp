@@ -11,8 +11,9 @@ class ShownReading {
   ShownReading() = default;
   ShownReading(BodyReading reading, int axis, const Instrument& instrument) : reading_(reading), axis_(axis), instrument_(instrument) {}
 
-  // The lag rests on the first value.
-  void begin(const BodyState& first);
+  double shift() const { return instrument_.shift; }
+  // The lag rests on what is read at `start`, the first instant that is looked at, if that lies before the first state; else on that state.
+  void begin(const BodyState& first, double start);
   // Of an instant before the first state, or at it.
   double before(const BodyState& first, double time) const;
   // Of the instants after `before` and up to `now`, of the simulation, one value each; call for every two states in turn, also without instants.
@@ -20,14 +21,16 @@ class ShownReading {
 
   template <class Archive>
   void archive(Archive& a) {
-    a(reading_, axis_, instrument_, lagged_);
+    a(reading_, axis_, instrument_, start_, lagged_);
   }
 
  private:
+  double lagged_before(const BodyState& first, double time) const;
+
   BodyReading reading_ = BodyReading::position;
   int axis_ = 0;
   Instrument instrument_;
-  double lagged_ = 0;
+  double start_ = 0, lagged_ = 0;
 };
 
 }  // namespace quern

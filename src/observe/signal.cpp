@@ -1,6 +1,7 @@
 #include "src/observe/signal.hpp"
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <string>
 
 namespace quern {
@@ -37,38 +38,43 @@ void Signal::begin(const Simulation& s, const InstrumentSettings& instruments) {
 }
 
 void Signal::see(const Simulation& s, const ObserverSettings& settings) {
-  const double shift = settings.signal->clock_shift, interval = settings.track_interval;
+  const double interval = settings.track_interval;
   const bool first = !last;
   if (first) begin(s, *settings.signal);
   const BodyState now = body_state(s, wall < 0 ? nullptr : &s.walls[static_cast<std::size_t>(wall)]);
-  // What is shown at t happened at t − shift.
   const double late = 1e-6 * s.clock.time_step;  // of rounding alone
-  std::vector<double> happened;
-  if (interval > 0) {
-    for (double t = interval * static_cast<double>(times.size()); t - shift <= now.time + late; t = interval * static_cast<double>(times.size())) {
-      times.push_back(t);
-      happened.push_back(std::min(t - shift, now.time));
-    }
-  } else {
-    times.push_back(now.time + shift);
-    happened.push_back(now.time);
-  }
-  std::vector<double> seen(happened.size());
+  std::vector<double> happened, seen;
+  std::size_t rows = std::numeric_limits<std::size_t>::max();
   for (std::size_t k = 0; k < shown.size(); ++k) {
+    // What is shown at t happened at t − shift.
+    const double shift = shown[k].shift();
+    happened.clear();
+    const auto next = [&] { return interval * static_cast<double>(values[k].size() + happened.size()) - shift; };
+    if (interval > 0)
+      while (next() <= now.time + late) happened.push_back(std::min(next(), now.time));
+    else
+      happened.push_back(now.time);
+    seen.resize(happened.size());
     if (first) {
-      shown[k].begin(now);
+      shown[k].begin(now, happened.empty() ? now.time : happened.front());
       std::transform(happened.begin(), happened.end(), seen.begin(), [&](double time) { return shown[k].before(now, time); });
     } else {
       shown[k].read(*last, now, happened, seen.data());
     }
     values[k].insert(values[k].end(), seen.begin(), seen.end());
+    rows = std::min(rows, values[k].size());
   }
+  while (times.size() < rows) times.push_back(interval > 0 ? interval * static_cast<double>(times.size()) : now.time + settings.signal->clock_shift);
   last = now;
 }
 
 std::vector<Table> Signal::tables() const {
   Table table{"signal", "what the instruments of the case show of the first particle", {{"t", "s", "by the clock of the instruments", times, {}}}};
-  for (std::size_t k = 0; k < values.size(); ++k) table.columns.push_back({channels[k].name, channels[k].unit, channels[k].description, values[k], {}});
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    // A column whose clock is earlier has come farther.
+    std::vector<double> common(values[k].begin(), values[k].begin() + static_cast<std::ptrdiff_t>(times.size()));
+    table.columns.push_back({channels[k].name, channels[k].unit, channels[k].description, std::move(common), {}});
+  }
   return {table};
 }
 

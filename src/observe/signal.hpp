@@ -11,8 +11,8 @@ namespace quern {
 struct Signal {
   int wall = -1;                            // the nearest one at the start; −1: none
   std::optional<BodyState> last;            // at the last step
-  std::vector<ShownReading> shown;                 // by column
-  std::vector<double> times;                // as shown [s]
+  std::vector<ShownReading> shown;          // by column
+  std::vector<double> times;                // as shown by all columns [s]
   std::vector<std::vector<double>> values;  // by column
 
   void see(const Simulation& simulation, const ObserverSettings& settings);
