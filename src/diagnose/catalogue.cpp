@@ -311,13 +311,13 @@ Sizes sizes_of(const Comparison& comparison, const Fit& baseline) {
     radii.push_back(radius);
     sizes.density = std::max(sizes.density, density);
     sizes.gravity = c.gravity.norm();
-    double first = 0, last = 0, touched = -1, together = 0;
+    double first = 0, last = 0, touched = -1, together = 0, squares = 0;  // of the speed, by time: steps are short in contacts
     for (const Experiment::Point& p : e.path(run, altered, baseline.unknowns[run])) {
       const Eigen::Map<const Vec3> v(p.velocity), w(p.spin), a(p.acceleration);
       if (last == 0) first = last = p.time;
+      squares += v.squaredNorm() * (p.time - last);
       if (p.overlap > 0) together += p.time - last;
       last = p.time;
-      speeds.push_back(v.norm());
       spins.push_back(w.norm());
       if (p.overlap > 0) {
         sizes.overlap = std::max(sizes.overlap, p.overlap);
@@ -330,6 +330,7 @@ Sizes sizes_of(const Comparison& comparison, const Fit& baseline) {
       }
     }
     durations.push_back(last - first);
+    if (last > first) speeds.push_back(std::sqrt(squares / (last - first)));
     lying += together > 0.6 * (last - first);
   }
   sizes.mass = middle_of(masses), sizes.radius = middle_of(radii), sizes.speed = middle_of(speeds);
