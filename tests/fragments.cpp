@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include "src/base/random.hpp"
 #include "src/grinding/schuhmann.hpp"
+#include "src/observe/fragment_tables.hpp"
 #include "src/observe/observers.hpp"
 #include "src/output/run.hpp"
 #include "src/output/vtk_frames.hpp"
@@ -288,8 +289,22 @@ TEST_CASE("t10 is the mass below a tenth of the body's sieve size, and unknown w
   CHECK(std::isnan(t10(0.4 * spacing).first));
 }
 
+TEST_CASE("D80 and D50 are the sieves that so much of the mass passes") {
+  Simulation s = scene::bonded_space(scene::cement(), 1e-7);
+  add_block(s, {0, 0, 0}, 3, 3, 3);
+  for (int k = 1; k <= 4; ++k) add_block(s, {5 * spacing * k, 0, 0}, 2, 2, 2);
+  const Index first = s.particles.size();
+  for (int k = 0; k < 11; ++k) scene::add_grain(s, {0, 5 * spacing, spacing * k});
+  for (Index k = first; k < first + 11; ++k) bond_particles(s.bonds, s.particles, s.domain, k - 1, k, 0, 1);
+  for (Index k = first; k < first + 11; ++k) break_by_hand(s, k - 1, k);
+  // Of 70 grains, 11 pass their own diameter, 43 the small blocks', all the large one's.
+  const ProductSize size = product_size(s);
+  CHECK(size.d80 == Approx(2.9 * spacing).epsilon(0.01));
+  CHECK(size.d50 == Approx(1.9 * spacing).epsilon(0.01));
+}
+
 TEST_CASE("a broken off run that goes on writes the same damage, fragments and failures") {
-  const char* files[] = {"damage.csv", "fragments.csv", "failures.csv", "fragment_sizes.csv", "fragment_speeds.csv", "crack_directions.csv"};
+  const char* files[] = {"damage.csv", "fragments.csv", "failures.csv", "fragment_sizes.csv", "fragment_speeds.csv", "product_sizes.csv", "crack_directions.csv"};
   const auto run = [](const Folder& folder, bool stops, bool resume, int threads) {
     Simulation s = falling_brick();
     Observers observers(only_fragments());

@@ -1,5 +1,6 @@
 // Grinding kinetics: what the fits recover, how often their intervals hold, and `quern grinding`.
 #include <catch2/catch.hpp>
+#include <fmt/format.h>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -271,6 +272,22 @@ TEST_CASE("quern grinding fits rates and their law", "[cli]") {
     const std::string other = folder.write("other.csv", three_runs(",speed [rpm]", {"a,100", "b,200", "c,301"}));
     CHECK(folder.grind("'" + other + "'" + sweep) == 2);
     CHECK_THAT(folder.read("log"), Catch::Contains("other.csv:13: c matches 0 of the 3 runs in"));
+
+    // The folder alone, where the runs sieved themselves.
+    const std::vector<std::string> names = {"slow", "middle", "fast"};
+    for (std::size_t k = 0; k < names.size(); ++k) {
+      std::string sizes = "t [s],D80 [m],D50 [m]\n";
+      for (const double t : {0.0, 60.0, 120.0, 240.0, 480.0}) {
+        const double left = std::exp(-0.01 * std::pow(static_cast<double>(k + 1), 0.9) * t);
+        sizes += fmt::format("{},{},{}\n", t, (20 + 80 * left) * 1e-6, (10 + 80 * left) * 1e-6);
+      }
+      folder.write("sweep/" + names[k] + "/product_sizes.csv", sizes);
+    }
+    REQUIRE(folder.grind("'" + (folder.path / "sweep").string() + "/' --limit 'D80=20 um' --limit 'D50=10 um' --no-pictures --out '" + (folder.path / "own").string() + "'") == 0);
+    for (const char* measure : {"D80", "D50"}) CHECK(folder.summary("own")[std::string("rate_exponent_") + measure]["value"].get<double>() == Approx(0.9).epsilon(1e-3));
+    std::filesystem::remove(folder.path / "sweep/slow/product_sizes.csv");
+    CHECK(folder.grind("'" + (folder.path / "sweep").string() + "'") == 2);
+    CHECK_THAT(folder.read("log"), Catch::Contains("slow/product_sizes.csv: this file cannot be read"));
   }
 }
 

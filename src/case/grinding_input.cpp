@@ -42,6 +42,24 @@ struct Group {
 
 constexpr const char* every_run = "*";
 
+// What the runs of a sweep sieved themselves, each under the name of its folder.
+TextTable sizes_of_sweep(const std::string& folder) {
+  const std::filesystem::path place(folder);
+  const TextTable sweep = read_cells((place / "sweep.csv").string());
+  const int directory = sweep.find("directory");
+  if (directory < 0) throw InputError(fmt::format("{}:{}: the column directory is missing; allowed is the folder of a sweep.", sweep.file, sweep.header_line));
+  TextTable all;
+  for (const std::vector<std::string>& run : sweep.rows) {
+    const std::string& name = run[static_cast<std::size_t>(directory)];
+    TextTable one = read_cells((place / name / "product_sizes.csv").string());
+    for (std::vector<std::string>& row : one.rows) row.push_back(name);
+    one.names.push_back("run"), one.units.emplace_back();
+    if (all.names.empty()) all = std::move(one), all.file = folder;
+    else all.rows.insert(all.rows.end(), one.rows.begin(), one.rows.end()), all.lines.insert(all.lines.end(), one.lines.begin(), one.lines.end());
+  }
+  return all;
+}
+
 struct Reader {
   const GrindingRequest& request;
   TextTable table;
@@ -51,7 +69,7 @@ struct Reader {
   int time = -1;
   double time_factor = 1, last_time = std::numeric_limits<double>::infinity();
 
-  explicit Reader(const GrindingRequest& r) : request(r), table(read_cells(r.file)) {}
+  explicit Reader(const GrindingRequest& r) : request(r), table(std::filesystem::is_directory(r.file) ? sizes_of_sweep(r.file) : read_cells(r.file)) {}
 
   [[noreturn]] void refuse_file(const std::string& what) const { throw InputError(fmt::format("{}:{}: {}.", table.file, table.header_line, what)); }
 
@@ -373,6 +391,10 @@ struct Reader {
 
 }  // namespace
 
-GrindingStudy read_grinding(const GrindingRequest& request) { return Reader(request).read(); }
+GrindingStudy read_grinding(const GrindingRequest& given) {
+  GrindingRequest request = given;
+  if (request.sweep.empty() && std::filesystem::is_directory(request.file)) request.sweep = request.file;
+  return Reader(request).read();
+}
 
 }  // namespace quern

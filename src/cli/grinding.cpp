@@ -23,7 +23,8 @@ struct GrindingWords {
 int grind(const GrindingWords& words) {
   const GrindingStudy study = read_grinding(words.request);
   const GrindingResult result = study_grinding(study);
-  const std::string name = fs::path(words.request.file).stem().string();
+  const fs::path source = fs::path(words.request.file).lexically_normal();
+  const std::string name = (source.has_filename() ? source : source.parent_path()).stem().string();
   const fs::path directory = words.directory.empty() ? fs::path("out") / (name + "_grinding") : fs::path(words.directory);
   make_directory(directory.string());
   write_grinding(study, result, directory.string());
@@ -44,7 +45,7 @@ int grind(const GrindingWords& words) {
 void add_grinding(CLI::App& program, Action& action) {
   auto words = std::make_shared<GrindingWords>();
   CLI::App* command = program.add_subcommand("grinding", "Fits first-order kinetics to sizes against time, and the rate against the impact energy: K_p = a E_i^b");
-  command->add_option("FILE", words->request.file, "CSV with t and D80, D50, … (or size and percent), run, and what was set")->required();
+  command->add_option("FILE", words->request.file, "CSV with t and D80, D50, … (or size and percent), run, and what was set; or the folder of a sweep of mills with bonded bodies")->required();
   command->add_option("--sweep", words->request.sweep, "Folder of a sweep of the same operating points: takes E_i from its sweep.csv");
   command->add_option("--against", words->request.against, "Column (of the sweep, with --sweep) that the rate is held against; default E_i, or the only further one");
   command->add_option("--limit", words->request.limits, "Known size in the end, \"20 um\" or \"D80=20 um\"; may be repeated; default: the column D80_limit, or fitted");

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include "src/observe/angles.hpp"
 #include "src/observe/block_average.hpp"
 
@@ -132,6 +133,19 @@ Table size_table(const Sized& all, const std::optional<SchuhmannFit>& fit) {
   return table;
 }
 
+// As `quern grinding` takes it.
+Table product_table(const std::vector<ProductSize>& sieved) {
+  const auto column = [&](const char* name, const char* unit, const char* description, double ProductSize::*of) {
+    Column c{name, unit, description, {}, {}};
+    for (const ProductSize& size : sieved) c.values.push_back(size.*of);
+    return c;
+  };
+  return {"product_sizes",
+          "sizes of all fragments against time",
+          {column("t", "s", "", &ProductSize::time), column("D80", "m", "sieve that 80 % of the mass passes", &ProductSize::d80),
+           column("D50", "m", "sieve that half of it passes", &ProductSize::d50)}};
+}
+
 Table speed_table(const Sized& all) {
   std::vector<double> speeds;
   for (const Fragment& f : all.fragments.list) speeds.push_back(length(f.velocity));
@@ -181,6 +195,22 @@ double t10(const Sized& all, const std::map<Index, double>& body_size, double sm
 
 }  // namespace
 
+ProductSize product_size(const Simulation& simulation) {
+  const Sized all = sized(simulation);
+  std::vector<std::size_t> order(all.size.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return all.size[a] != all.size[b] ? all.size[a] < all.size[b] : a < b; });
+  ProductSize product{simulation.clock.time()};
+  double finer = 0;
+  for (const std::size_t k : order) {
+    const double before = finer;
+    finer += all.fragments.list[k].mass;
+    for (const auto& [share, size] : {std::pair(0.8, &product.d80), std::pair(0.5, &product.d50)})
+      if (const double wanted = share * all.fragments.mass; before < wanted && wanted <= finer) *size = all.size[k];
+  }
+  return product;
+}
+
 std::pair<std::vector<Headline>, std::vector<Table>> fragment_results(const FragmentView& view) {
   const Bonds& bonds = view.simulation.bonds;
   const Sized all = sized(view.simulation);
@@ -189,7 +219,7 @@ std::pair<std::vector<Headline>, std::vector<Table>> fragment_results(const Frag
   for (const Fragment& f : all.fragments.list) masses.push_back(f.mass);
   const std::optional<SchuhmannFit> fit = fit_schuhmann(all.size, masses, grains.largest);
 
-  std::vector<Table> tables = {damage_table(view.series), fragment_table(all), size_table(all, fit), speed_table(all)};
+  std::vector<Table> tables = {damage_table(view.series), fragment_table(all), size_table(all, fit), speed_table(all), product_table(view.sieved)};
   if (!bonds.failures.empty()) {
     tables.push_back(failure_table(bonds));
     tables.push_back(crack_table(bonds, view.direction, view.direction_name));

@@ -86,13 +86,17 @@ void Fragmentation::see(const Simulation& simulation, const ObserverSettings& se
   const double interval = settings.fragment_interval > 0 ? settings.fragment_interval : 200 * dt;
   next = interval * (std::floor((now + 0.5 * dt) / interval) + 1);
   series.push_back(damage_of(simulation));
+  constexpr std::size_t rows_per_sieving = 20;
+  if (series.size() % rows_per_sieving == 1) sizes.push_back(product_size(simulation));
 }
 
 void Fragmentation::finish(const Simulation& simulation) {
   if (!began) return;
   std::vector<Damage> all = series;
   if (all.empty() || all.back().time < simulation.clock.time()) all.push_back(damage_of(simulation));
-  const FragmentView view{simulation, all, body_size, direction, direction_name};
+  std::vector<ProductSize> sieved = sizes;
+  if (sieved.empty() || sieved.back().time < simulation.clock.time()) sieved.push_back(product_size(simulation));
+  const FragmentView view{simulation, all, sieved, body_size, direction, direction_name};
   std::tie(headlines_, tables_) = fragment_results(view);
 }
 

@@ -23,8 +23,15 @@ struct Damage {
   double kinetic = 0;                    // of the grains, spin included [J]
 };
 
+// Sieve sizes that 80 and 50 % of the mass pass.
+struct ProductSize {
+  double time = 0;          // [s]
+  double d80 = 0, d50 = 0;  // [m]
+};
+
 struct Fragmentation {
   std::vector<Damage> series;
+  std::vector<ProductSize> sizes;     // with every twentieth row of the series: sieving takes its time
   std::map<Index, double> body_size;  // sieve size at the start, by body [m]
   Vec3 direction = Vec3::UnitZ();     // with which that of cracks is compared; unit
   std::string direction_name;
@@ -40,7 +47,7 @@ struct Fragmentation {
 
   template <class Archive>
   void archive(Archive& a) {
-    a(series, body_size, direction[0], direction[1], direction[2], direction_name, next, began);
+    a(series, sizes, body_size, direction[0], direction[1], direction[2], direction_name, next, began);
   }
 
  private:
