@@ -193,7 +193,7 @@ TEST_CASE("the signal of a run is what a comparison takes it for, through every 
 }
 
 TEST_CASE("instruments show what their formulas say", "[diagnose][experiment][signal]") {
-  // x = 2 t: a lag τ makes 2 (t − τ + τ exp(−t/τ)) of it, whatever the step.
+  // x = 2 t: a lag τ that began at the first instant shown, t₀, makes 2 (t − τ + τ exp(−(t − t₀)/τ)) of it, whatever the step.
   const Values values = values_of(alone, {"gravity=[0, 0, 0]", "medium.drag_coefficient=0", "insert.one.velocity=[2, 0, 0]", "observe.signal=true", "observe.track_interval=0.01",
                                           "instrument.x.lag=0.05", "instrument.vx.saturation=1.5", "instrument.clock_shift=0.1", "instrument.y.offset=-3", "instrument.position.gain=7"});
   const Table table = table_of(run_of(case_of(values)).tables(), "signal");
@@ -203,7 +203,7 @@ TEST_CASE("instruments show what their formulas say", "[diagnose][experiment][si
   for (std::size_t k = 0; k < t.size(); ++k) {
     // A channel's own settings stand for those of all three.
     const double since = t[k] - 0.1;
-    if (since >= 0) CHECK(column(table, "x").values[k] == Approx(2 * (since - 0.05 * (1 - std::exp(-since / 0.05)))).margin(1e-9));
+    if (since >= 0) CHECK(column(table, "x").values[k] == Approx(2 * (since - 0.05 * (1 - std::exp(-t[k] / 0.05)))).margin(1e-9));
     CHECK(column(table, "y").values[k] == -3);
     CHECK(column(table, "vx").values[k] == 1.5);
     CHECK(column(table, "z").values[k] == 0);

@@ -158,7 +158,15 @@ class Collector {
       }
       const double film = 0.05 * s_.radius, speed = std::max(s_.impact_speed, 1e-9);
       const double viscosity = 0.02 * s_.force * 0.1 * film / (6 * pi * s_.radius * s_.radius * speed);
-      single("lubrication", "", pair + "film_viscosity", 0, 0, 1e4 * viscosity, {viscosity, 10 * viscosity}, {{pair + "film_thickness", film}, {pair + "film_cutoff", 0.01 * film}});
+      if (known(pair + "film_viscosity") && !given(pair + "film_viscosity")) {
+        // How near the bodies come to one another in the film tells what it takes on the way in from what it takes in the contact.
+        Candidate c;
+        c.effect = "lubrication";
+        c.parameters = {moving(pair + "film_viscosity", 0, 0, 1e4 * viscosity, viscosity), moving(pair + "film_cutoff", 0.01 * film, 1e-4 * film, 0.9 * film, 0.01 * film)};
+        c.settings = {{pair + "film_thickness", film}};
+        c.probes = {{viscosity, 0.01 * film}, {10 * viscosity, 0.01 * film}, {viscosity, 0.1 * film}};
+        found_.push_back(c);
+      }
       single("wave_loss", "", pair + "wave_admittance", 0, 0, 10 * speed / s_.force, {0.01 * speed / s_.force, 0.1 * speed / s_.force});
     }
     if (inside) single("powder_layer", "", pair + "powder_layers", 0, 0, 30, {0.2, 1, 4});

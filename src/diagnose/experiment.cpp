@@ -296,9 +296,9 @@ Case Experiment::case_for(std::size_t r, const Alteration& altered, const std::v
   return c;
 }
 
-// How much softer contacts may be: a body that lies still sinks in by no more than a hundredth of its radius.
+// How much softer contacts may be: a body that lies still sinks in by no more than some thousandths of its radius.
 double Experiment::softness_at_rest(std::size_t r) const {
-  constexpr double deepest = 1e-2;
+  constexpr double deepest = 3e-3;
   constexpr int settling = 600;  // steps
   for (const double softness : softnesses) {
     Case c = case_of(prepared_[r].values);
