@@ -58,13 +58,13 @@ struct NestedNorm {
     const Vec3 across{whole.v * ring.slope_u() * s.x(), whole.v * ring.slope_v() * s.y(), -whole.u * s.z()};
     const Vec3 across_ring{ring.v * s.x(), -ring.u * s.y(), 0};
     const double bend = whole.bend(outer) / whole.size;
-    const double bend_ring = whole.slope_u() * ring.bend(inner) / std::max(ring.size, whole.size / most);
+    const double bend_ring = std::min(most, whole.slope_u() * ring.bend(inner) * whole.size / std::max(ring.size, least * whole.size)) / whole.size;
     return {whole.size, gradient(x, ring, whole), bend * across * across.transpose() + bend_ring * across_ring * across_ring.transpose()};
   }
 
  private:
   static constexpr double least = 1e-290;  // ratios below are taken as this, that fractions stay finite
-  static constexpr double most = 1e60;     // curvatures of a kink above are taken as this, that their products do
+  static constexpr double most = 1e9;      // second derivatives at a kink are taken as this, times the scales, that others stand beside them
 
   // The norm of two, (a^p + b^p)^{1/p}, with u = a/size, v = b/size and their powers.
   struct Pair {
