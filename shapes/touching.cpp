@@ -20,7 +20,7 @@ struct Pair {
   Pair(const PlacedShape& a, const PlacedShape& b)
       : first(a.shape), second(b.shape), size_first(a.size), size_second(b.size), turn(b.axes.transpose() * a.axes),
         apart(a.axes.transpose() * (a.centre - b.centre)),
-        extent(std::min(a.size * a.shape->volume_radius, b.size * b.shape->volume_radius)) {}
+        extent(b.size == 0 ? a.size * a.shape->volume_radius : std::min(a.size * a.shape->volume_radius, b.size * b.shape->volume_radius)) {}
 
   double value(const Vec3& n) const {
     return size_first * first->support.value(n) + size_second * second->support.value(turn * n) - n.dot(apart);

@@ -13,16 +13,16 @@ namespace quern {
 // A body where it stands.
 struct PlacedShape {
   const Superquadric* shape;
-  double size;   // its semi-axes over those of the shape [-]
+  double size;   // its semi-axes over those of the shape [-]; 0: a point, as the second of two
   Vec3 centre;   // [m]
   Mat3 axes;     // columns: its axes in the fixed frame
 };
 
 struct ShapeContact {
   bool touching = false;
-  Vec3 normal;          // unit, from the second body to the first: of the contact, or of a plane between the two
+  Vec3 normal = Vec3::Zero();  // unit, from the second body to the first: of the contact, or of a plane between the two
   double overlap = 0;   // δ [m]; below zero: they are at least so far apart
-  Vec3 on_first, on_second;  // the deepest places of their surfaces, one overlap apart along the normal [m]
+  Vec3 on_first = Vec3::Zero(), on_second = Vec3::Zero();  // the deepest places of their surfaces, one overlap apart along the normal [m]
   double residual = 0;  // how far those two are from one common normal [m]
   double uncertainty = 0;  // by which the overlap may still fall, to second order [m]
   double radius_first = 0, radius_second = 0;  // 1/mean curvature there, not bounded [m]

@@ -1,6 +1,7 @@
 #include "src/particle/particles.hpp"
 #include <cmath>
 #include <numbers>
+#include "shapes/superquadric.hpp"
 
 namespace quern {
 namespace {
@@ -26,9 +27,9 @@ Index Particles::add_sphere(const Triple<double>& centre, double r, double densi
 
 Index Particles::add_shape(const Triple<double>& centre, const Superquadric& form, std::uint8_t shape_index, double size, double density,
                            std::uint8_t material_index, std::uint8_t species_index) {
-  keep_orientations();
   const Index row = add_sphere(centre, size * form.bounding_radius, density, material_index, species_index);
   const auto at = static_cast<std::size_t>(row);
+  keep_orientations();
   shape.resize(position.size(), 0);
   momentum.resize(position.size());
   inertia.resize(position.size());

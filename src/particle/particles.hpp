@@ -1,10 +1,11 @@
 // src/particle — the particle arrays, species, size distributions, insertion and packing. No contact laws.
 #pragma once
 #include <vector>
-#include "shapes/superquadric.hpp"
 #include "src/base/triple.hpp"
 
 namespace quern {
+
+struct Superquadric;
 
 // Structure of arrays; each array has one 32-byte row per particle, so that eight rows load and transpose into SIMD packs.
 // Rows [0, owned) move; rows from `owned` on are ghosts: copies of particles that someone else moves.

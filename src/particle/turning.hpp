@@ -1,5 +1,6 @@
 // How bodies turn whose three moments of inertia differ.
 #pragma once
+#include <cstddef>
 #include "src/base/vec.hpp"
 #include "src/particle/particles.hpp"
 
