@@ -6,6 +6,7 @@ Results go into DIR/<trial>/<results>/; a trial that has them is not run again. 
 import argparse
 import concurrent.futures
 import json
+import os
 import pathlib
 import shutil
 import subprocess
@@ -24,7 +25,8 @@ def one(trial, a):
     with tempfile.TemporaryDirectory() as blind:
         for name in ("case.toml", "recordings.csv"):
             shutil.copy(trial / name, blind)
-        command = [str(a.quern), "diagnose", f"{blind}/case.toml", "--recording", f"{blind}/recordings.csv", "--out", f"{blind}/result"]
+        command = [str(a.quern), "diagnose", f"{blind}/case.toml", "--recording", f"{blind}/recordings.csv", "--out", f"{blind}/result", "--no-pictures",
+                   "--threads", str(max(1, (os.cpu_count() or 1) // a.j))]
         if a.seed is not None:
             command += ["--seed", str(a.seed)]
         start = time.monotonic()

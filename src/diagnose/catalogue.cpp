@@ -97,10 +97,10 @@ class Collector {
     const double viscosity = known("medium.viscosity") ? number("medium.viscosity") : 1.8e-5;
     if (s_.speed > 0) {
       const double quadratic = 0.5 * fluid * area * s_.speed * s_.speed;
-      single("air_drag", "constant coefficient", "medium.drag_coefficient", 0, 0, 1e4, {0.02 * weight / quadratic, 0.2 * weight / quadratic, 0.47});
+      single("air_drag", "constant coefficient", "medium.drag_coefficient", 0, 0, 1e4, {0.02 * weight / quadratic, 0.2 * weight / quadratic, 0.47, 0.002 * weight / quadratic});
       if (2 * s_.radius * s_.speed * fluid / viscosity < 1e4 && known("medium.drag"))
         single("air_drag", "Schiller and Naumann's curve", "medium.drag_coefficient", 0, 0, 1e3, {0.1, 1.0}, {{"medium.drag", std::string("schiller_naumann")}});
-      single("viscous_drag", "", "medium.viscous_drag", 0, 0, 1e9, {0.02 * weight / (6 * pi * s_.radius * s_.speed), 0.2 * weight / (6 * pi * s_.radius * s_.speed)});
+      single("viscous_drag", "", "medium.viscous_drag", 0, 0, 1e9, {0.02 * weight / (6 * pi * s_.radius * s_.speed), 0.2 * weight / (6 * pi * s_.radius * s_.speed), 0.002 * weight / (6 * pi * s_.radius * s_.speed)});
     }
     if (s_.gravity > 0) single("buoyancy", "", "medium.buoyancy", 0, 0, 0.98 * s_.density, {0.02 * s_.density, 0.2 * s_.density});
     single("added_mass", "", "medium.added_mass_coefficient", 0, 0, 5 * s_.density / fluid, {0.02 * s_.density / fluid, 0.2 * s_.density / fluid});
@@ -118,8 +118,13 @@ class Collector {
     single("rolling_resistance", "", pair + "rolling_friction", 0, 0, 2, {0.002, 0.02, 0.2});
     single("torsional_friction", "", pair + "torsional_friction", 0, 0, 5, {0.005, 0.05, 0.5});
     single("sliding_friction", "", pair + "friction", 0, 0, 5, {0.01, 0.1, 0.4});
-    if (known(pair + "tangential_compliance") && given(pair + "tangential_compliance") && number(pair + "tangential_compliance") == 0)
-      single("tangential_compliance", "", pair + "tangential_compliance", 0, 0.05, 30, {1.0, 3.0, 0.3});
+    const bool rubs = given(pair + "friction") && number(pair + "friction") > 0;
+    if (const std::string key = pair + "tangential_compliance"; rubs && (!given(key) || number(key) == 0)) {
+      // From a contact that sticks without a spring, or from the law's own spring.
+      if (given(key)) single("tangential_compliance", "", key, 0, 0.05, 30, {1.0, 3.0, 0.3});
+      else single("tangential_compliance", "", key, 1, 0.05, 30, {1.3, 0.7, 4.0});
+    }
+    if (!(s_.impact_speed > 0)) return;  // it only lies there
     const bool inelastic = given(pair + "restitution") && number(pair + "restitution") < 1;
     if (inelastic && s_.impact_speed > 0) {
       // Counted from the middle of the speeds, so that it and the restitution do not stand for one another.
@@ -136,9 +141,11 @@ class Collector {
       if (law == "hertz_mindlin" || law == "deresiewicz")
         if (Candidate* c = single("plastic_contact", "yielding at a pressure", pair + "yield_pressure", 2 * pressure, 0.01 * pressure, 2 * pressure, {0.8 * pressure, 0.5 * pressure, 0.2 * pressure}))
           c->parameters[0].scale = 0.1 * pressure;
-      single("nonlinear_stiffness", "hardening", pair + "hardening", 0, -0.9 / s_.overlap, 50 / s_.overlap, {0.05 / s_.overlap, -0.05 / s_.overlap, 0.5 / s_.overlap});
-      single("nonlinear_stiffness", "another exponent", pair + "stiffness_power", 0, -0.9, 3, {0.05, -0.05, 0.4}, {{pair + "reference_overlap", 0.5 * s_.overlap}});
-      single("adhesion", "", pair + "surface_energy", 0, 0, s_.force / (1.5 * pi * s_.radius), {0.005 * s_.force / (1.5 * pi * s_.radius), 0.05 * s_.force / (1.5 * pi * s_.radius)});
+      // Bounces show nothing of the stiffness itself.
+      const bool inside = experiment_.recording().kind == RecordingKind::contact;
+      if (inside) single("nonlinear_stiffness", "hardening", pair + "hardening", 0, -0.9 / s_.overlap, 50 / s_.overlap, {0.05 / s_.overlap, -0.05 / s_.overlap, 0.5 / s_.overlap});
+      if (inside) single("nonlinear_stiffness", "another exponent", pair + "stiffness_power", 0, -0.9, 3, {0.05, -0.05, 0.4}, {{pair + "reference_overlap", 0.5 * s_.overlap}});
+      single("adhesion", "", pair + "surface_energy", 0, 0, s_.force / (1.5 * pi * s_.radius), {0.005 * s_.force / (1.5 * pi * s_.radius), 0.05 * s_.force / (1.5 * pi * s_.radius), 2e-4 * s_.force / (1.5 * pi * s_.radius)});
       const double cube = s_.radius * s_.radius * s_.radius;
       if (known(pair + "bridge_volume") && !given(pair + "bridge_volume")) {
         Candidate c;
@@ -146,7 +153,7 @@ class Collector {
         const double tension = 0.02 * s_.force / (2 * pi * s_.radius);
         c.parameters = {moving(pair + "surface_tension", 1e-12, 1e-12, s_.force / (2 * pi * s_.radius), tension),
                         moving(pair + "bridge_volume", 1e-3 * cube, 1e-7 * cube, 0.3 * cube, 1e-3 * cube)};
-        c.probes = {{tension, 1e-3 * cube}, {5 * tension, 1e-3 * cube}, {tension, 3e-2 * cube}};
+        c.probes = {{tension, 1e-3 * cube}, {5 * tension, 1e-3 * cube}, {tension, 3e-2 * cube}, {0.03 * tension, 3e-3 * cube}};
         found_.push_back(c);
       }
       const double film = 0.05 * s_.radius, speed = std::max(s_.impact_speed, 1e-9);
@@ -154,7 +161,7 @@ class Collector {
       single("lubrication", "", pair + "film_viscosity", 0, 0, 1e4 * viscosity, {viscosity, 10 * viscosity}, {{pair + "film_thickness", film}, {pair + "film_cutoff", 0.01 * film}});
       single("wave_loss", "", pair + "wave_admittance", 0, 0, 10 * speed / s_.force, {0.01 * speed / s_.force, 0.1 * speed / s_.force});
     }
-    single("powder_layer", "", pair + "powder_layers", 0, 0, 30, {0.2, 1, 4});
+    if (experiment_.recording().kind == RecordingKind::contact) single("powder_layer", "", pair + "powder_layers", 0, 0, 30, {0.2, 1, 4});
   }
 
   // Channels, and quantities of three, that were recorded, with the spread of their values.
@@ -167,7 +174,7 @@ class Collector {
     if (found == list.end()) found = list.insert(list.end(), Shown{target});
     for (double y : series.value) found->largest = std::max(found->largest, std::abs(y));
     const ChannelNoise& noise = baseline_.noise[static_cast<std::size_t>(series.channel)];
-    found->noise = std::max(found->noise, noise.deviation);
+    found->noise = std::max(found->noise, noise.deviation * (series.deviation.empty() ? 1 : series.deviation.front()));
     found->spacing = std::max(found->spacing, noise.spacing);
   }
 
@@ -190,7 +197,7 @@ class Collector {
       const std::string t = "instrument." + one.target + ".";
       single("sensor_gain", one.target, t + "gain", 1, 0.3, 3, {1.01, 0.95});
       single("sensor_lag", one.target, t + "lag", 0, 0, 0.3 * s_.duration, {0.5 * one.spacing, 3 * one.spacing});
-      if (Candidate* c = single("saturation", one.target, t + "saturation", one.largest * 1.5, 0.1 * one.largest, 1.5 * one.largest, {0.97 * one.largest, 0.85 * one.largest, 0.6 * one.largest}))
+      if (Candidate* c = single("saturation", one.target, t + "saturation", one.largest * 1.5, 0.1 * one.largest, 1.5 * one.largest, {0.97 * one.largest, one.largest - 3 * one.noise, one.largest - 12 * one.noise, 0.85 * one.largest, 0.6 * one.largest}))
         c->parameters[0].scale = 0.05 * one.largest;
     }
     if (spacing > 0) single("clock_shift", "", "instrument.clock_shift", 0, -0.3 * s_.duration, 0.3 * s_.duration, {0.3 * spacing, 2 * spacing, -2 * spacing});
@@ -291,6 +298,7 @@ Sizes sizes_of(const Comparison& comparison, const Fit& baseline) {
   Sizes sizes;
   std::vector<double> masses, radii, speeds, spins, impacts, accelerations, durations, contact_times;
   const Alteration altered = comparison.alteration_of(baseline);
+  std::size_t lying = 0;
   for (const std::size_t run : baseline.runs) {
     const Values values = e.values_of(run, altered, baseline.unknowns[run]);
     const double radius = e.radius(run);
@@ -300,10 +308,11 @@ Sizes sizes_of(const Comparison& comparison, const Fit& baseline) {
     radii.push_back(radius);
     sizes.density = std::max(sizes.density, density);
     sizes.gravity = c.gravity.norm();
-    double first = 0, last = 0, touched = -1;
+    double first = 0, last = 0, touched = -1, together = 0;
     for (const Experiment::Point& p : e.path(run, altered, baseline.unknowns[run])) {
       const Eigen::Map<const Vec3> v(p.velocity), w(p.spin), a(p.acceleration);
-      if (last == 0) first = p.time;
+      if (last == 0) first = last = p.time;
+      if (p.overlap > 0) together += p.time - last;
       last = p.time;
       speeds.push_back(v.norm());
       spins.push_back(w.norm());
@@ -318,10 +327,13 @@ Sizes sizes_of(const Comparison& comparison, const Fit& baseline) {
       }
     }
     durations.push_back(last - first);
+    lying += together > 0.6 * (last - first);
   }
   sizes.mass = middle_of(masses), sizes.radius = middle_of(radii), sizes.speed = middle_of(speeds);
   sizes.spin = spins.empty() ? 0 : *std::max_element(spins.begin(), spins.end());
-  sizes.impact_speed = middle_of(impacts);
+  // What lies on its wall does not hit it.
+  const bool lies = e.recording().kind == RecordingKind::trajectory && 2 * lying > baseline.runs.size();
+  sizes.impact_speed = lies ? 0 : middle_of(impacts);
   sizes.duration = middle_of(durations);
   sizes.contact_time = contact_times.empty() ? sizes.duration : middle_of(contact_times);
   sizes.acceleration = std::max(middle_of(accelerations), sizes.gravity);

@@ -1,5 +1,6 @@
 #include "src/diagnose/comparison.hpp"
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
@@ -66,6 +67,21 @@ double resolution_of(const Recording& recording, Channel channel) {
   return 1e-7 * std::max(largest, 1e-12);
 }
 
+// Broyden's correction of a run's slopes: they then tell the change that a step made; lengths in standard deviations.
+void learn(RunLinear& linear, const VectorXd& own, const VectorXd& shared, const VectorXd& rest, const Whitened& white) {
+  VectorXd weighted_own = own, weighted_shared = shared;
+  double length = 0;
+  for (Row k = 0; k < own.size(); ++k) weighted_own[k] *= white.unknowns.col(k).squaredNorm(), length += weighted_own[k] * own[k];
+  for (Row k = 0; k < shared.size(); ++k) weighted_shared[k] *= white.shared.col(k).squaredNorm(), length += weighted_shared[k] * shared[k];
+  VectorXd missed = linear.rest - rest;
+  if (own.size() > 0) missed -= linear.unknowns * own;
+  if (shared.size() > 0) missed -= linear.shared * shared;
+  linear.rest = rest;
+  if (!(length > 1e-12) || !missed.allFinite()) return;
+  if (own.size() > 0) linear.unknowns += missed * weighted_own.transpose() / length;
+  if (shared.size() > 0) linear.shared += missed * weighted_shared.transpose() / length;
+}
+
 }  // namespace
 
 Alteration Comparison::alteration_of(const Fit& fit) const {
@@ -75,19 +91,20 @@ Alteration Comparison::alteration_of(const Fit& fit) const {
 }
 
 bool Comparison::predict(std::size_t run, const Alteration& altered, const std::vector<double>& unknowns, double horizon, VectorXd& rest) const {
-  const RecordedRun& recorded = experiment_->recording().runs[run];
+  const RecordedRun& recorded = recording().runs[run];
   const Experiment::Prediction predicted = experiment_->predict(run, altered, unknowns, horizon);
   rest.resize(static_cast<Row>(samples_of(recorded)));
   Row row = 0;
   for (std::size_t s = 0; s < predicted.size(); ++s)
     for (std::size_t k = 0; k < predicted[s].size(); ++k) rest[row++] = recorded.series[s].value[k] - predicted[s][k];
+  if (!errors_.empty()) rest -= errors_[run];
   return rest.allFinite();
 }
 
 Whitened Comparison::independent(std::size_t run, const RunLinear& linear, const Noise& noise) const {
   Whitened w{linear.rest, linear.unknowns, linear.shared, 0};
   Row row = 0;
-  for (const Series& series : experiment_->recording().runs[run].series) {
+  for (const Series& series : recording().runs[run].series) {
     const auto n = static_cast<Row>(series.value.size());
     const Whitening whitening = whitening_of(series, noise[static_cast<std::size_t>(series.channel)]);
     whiten(whitening, w.rest.segment(row, n));
@@ -100,7 +117,7 @@ Whitened Comparison::independent(std::size_t run, const RunLinear& linear, const
 
 Whitened Comparison::whitened(std::size_t run, const RunLinear& linear, const Noise& noise, double horizon) const {
   Whitened w{linear.rest, linear.unknowns, linear.shared, 0};
-  const RecordedRun& recorded = experiment_->recording().runs[run];
+  const RecordedRun& recorded = recording().runs[run];
   const double end = horizon >= 1 ? infinite : recorded.first_time() + horizon * (recorded.last_time() - recorded.first_time());
   Row row = 0;
   for (const Series& series : recorded.series) {
@@ -129,13 +146,18 @@ Whitened Comparison::whitened(std::size_t run, const RunLinear& linear, const No
   return w;
 }
 
-double Comparison::log_likelihood(const Fit& fit, const Noise& noise) const {
-  double sum = 0;
+std::vector<double> Comparison::log_likelihoods(const Fit& fit, const Noise& noise) const {
+  std::vector<double> all;
   for (std::size_t k = 0; k < fit.runs.size(); ++k) {
     const RunLinear bare{fit.linear[k].rest, MatrixXd(fit.linear[k].rest.size(), 0), MatrixXd(fit.linear[k].rest.size(), 0)};
-    if (!bare.rest.allFinite()) return -infinite;
-    sum += whitened(fit.runs[k], bare, noise, fit.horizon).log_density;
+    all.push_back(bare.rest.allFinite() ? whitened(fit.runs[k], bare, noise, fit.horizon).log_density : -infinite);
   }
+  return all;
+}
+
+double Comparison::log_likelihood(const Fit& fit, const Noise& noise) const {
+  double sum = 0;
+  for (const double one : log_likelihoods(fit, noise)) sum += one;
   return sum;
 }
 
@@ -157,8 +179,14 @@ double Comparison::restricted(const Fit& fit, const Noise& noise, std::size_t co
   return sum;
 }
 
-void Comparison::linearize(Fit& fit) const {
+// Slopes that another fit of the same runs knows are taken from there.
+void Comparison::linearize(Fit& fit, const Fit* known) const {
+  if (known != nullptr && (known->runs != fit.runs || known->linear.size() != fit.runs.size())) known = nullptr;
   fit.linear.resize(fit.runs.size());
+  std::vector<Row> there_in(fit.moved.size(), -1);
+  for (std::size_t k = 0; known != nullptr && k < fit.moved.size(); ++k)
+    for (std::size_t j = 0; j < known->moved.size() && static_cast<Row>(j) < known->linear.front().shared.cols(); ++j)
+      if (known->moved[j].name == fit.moved[k].name && known->moved[j].scale == fit.moved[k].scale && known->moved[j].runs == fit.moved[k].runs) there_in[k] = static_cast<Row>(j);
   team_->run(static_cast<int>(fit.runs.size()), [&](int place) {
     const std::size_t run = fit.runs[static_cast<std::size_t>(place)];
     RunLinear& linear = fit.linear[static_cast<std::size_t>(place)];
@@ -176,9 +204,15 @@ void Comparison::linearize(Fit& fit) const {
       if (predict(run, altered, own, fit.horizon, there)) column = (linear.rest - there) * (scale / step);
       number = here;
     };
-    for (std::size_t k = 0; k < unknowns.size(); ++k) slope(own[k], 0.1 * unknowns[k].scale, unknowns[k].scale, linear.unknowns.col(static_cast<Row>(k)));
+    const RunLinear* old = known != nullptr ? &known->linear[static_cast<std::size_t>(place)] : nullptr;
+    if (old != nullptr && old->unknowns.cols() == linear.unknowns.cols() && old->unknowns.rows() == linear.unknowns.rows()) linear.unknowns = old->unknowns;
+    else for (std::size_t k = 0; k < unknowns.size(); ++k) slope(own[k], 0.1 * unknowns[k].scale, unknowns[k].scale, linear.unknowns.col(static_cast<Row>(k)));
     for (std::size_t k = 0; k < fit.moved.size(); ++k) {
       const Parameter& p = fit.moved[k];
+      if (there_in[k] >= 0) {
+        linear.shared.col(static_cast<Row>(k)) = old->shared.col(there_in[k]);
+        continue;
+      }
       double step = 0.01 * p.scale;
       if (fit.covariance.rows() > static_cast<Row>(k) && fit.deviation(k) > 0) step = std::clamp(0.1 * fit.deviation(k), 1e-6 * p.scale, step);
       double& value = altered.changes[k].value;
@@ -188,7 +222,7 @@ void Comparison::linearize(Fit& fit) const {
 }
 
 void Comparison::estimate_noise(Fit& fit, const FitOptions& options) const {
-  const Recording& recording = experiment_->recording();
+  const Recording& recording = *recording_;
   // How many samples each estimated number takes away: shared out by the channels' samples.
   const auto shared_columns = static_cast<std::size_t>(fit.linear.front().shared.cols());
   double estimated = static_cast<double>(shared_columns);
@@ -229,8 +263,9 @@ void Comparison::estimate_noise(Fit& fit, const FitOptions& options) const {
         deviation = std::max(next, 1e-300);
         if (done) break;
       }
-      // Told deviations are taken at their word, nearly.
-      trial.deviation = has_deviations ? std::clamp(deviation, 0.7, 1.4) : std::max(deviation, least);
+      // Told deviations are taken at their word, nearly; they are of all of a distribution, tails and all.
+      const double whole = trial.tail < 1e6 ? std::sqrt(trial.tail / (trial.tail - 2)) : 1;
+      trial.deviation = has_deviations ? std::clamp(deviation, 0.8 / whole, 1.25) : std::max(deviation, least);
     };
     const auto quality = [&](ChannelNoise trial) {
       settle(trial);
@@ -242,6 +277,16 @@ void Comparison::estimate_noise(Fit& fit, const FitOptions& options) const {
       settle(own);
       continue;
     }
+    const bool events = static_cast<Channel>(c) == Channel::impact;  // each read from the clock for itself
+    // Each further number of the noise must be worth more than itself (Schwarz 1978).
+    double samples = 0;
+    for (const std::size_t run : fit.runs)
+      for (const Series& series : recording.runs[run].series)
+        if (static_cast<std::size_t>(series.channel) == c) samples += static_cast<double>(series.value.size());
+    const double cost = 0.5 * std::log(samples);
+    ChannelNoise uncorrelated = own;
+    uncorrelated.correlation = uncorrelated.white = 0;
+    const double without = quality(uncorrelated);
     // Correlation: a coarse look, then finer about the best.
     double best = quality(own), best_phi = own.correlation;
     const auto look = [&](double phi) {
@@ -250,9 +295,10 @@ void Comparison::estimate_noise(Fit& fit, const FitOptions& options) const {
       const double q = quality(trial);
       if (q > best) best = q, best_phi = phi;
     };
-    if (own.correlation == 0)
+    if (own.correlation == 0 && !events)
       for (double phi : {0.15, 0.4, 0.65, 0.85, 0.95}) look(phi);
     for (double width : {0.3, 0.1, 0.03}) {
+      if (events) break;
       const double centre = best_phi;
       for (double side : {-1.0, 1.0}) {
         // In the scale of ln((1+φ)/(1−φ)), in which 0.9 and 0.99 lie as far apart as 0.2 and 0.8.
@@ -260,12 +306,12 @@ void Comparison::estimate_noise(Fit& fit, const FitOptions& options) const {
         if (z > 0) look(std::min(std::tanh(z), 0.995));
       }
     }
-    own.correlation = best_phi < 0.02 ? 0 : best_phi;
+    own.correlation = best_phi < 0.02 || best < without + cost ? 0 : best_phi;
     if (own.correlation > 0) {
       // A white part beside the slow one, which then lasts longer. It must be worth more than a number.
       ChannelNoise found = own;
       found.white = 0;
-      double most = quality(found) + 2;
+      double most = quality(found) + cost;
       for (double white : {0.1, 0.3, 0.6, 0.85})
         for (double longer : {0.0, 0.4, 0.8, 1.3}) {
           ChannelNoise trial = own;
@@ -288,7 +334,7 @@ void Comparison::estimate_noise(Fit& fit, const FitOptions& options) const {
       ChannelNoise steady = own;
       steady.jitter = 0;
       double best_jitter = 0;
-      best = quality(steady) + 3;
+      best = quality(steady) + cost;
       if (typical > 0)
         for (double part : {0.3, 0.6, 1.2, 2.5, 5.0, 12.0, 40.0}) {
           ChannelNoise trial = own;
@@ -304,8 +350,7 @@ void Comparison::estimate_noise(Fit& fit, const FitOptions& options) const {
       for (double tail : {1e9, 12.0, 6.0, 4.0, 3.0, 2.2}) {
         ChannelNoise trial = own;
         trial.tail = tail;
-        // A tail must be worth more than one number.
-        const double q = quality(trial) - (tail < 1e6 ? 2 : 0);
+        const double q = quality(trial) - (tail < 1e6 ? cost : 0);
         if (q > best) best = q, best_tail = tail;
       }
       own.tail = best_tail;
@@ -314,29 +359,31 @@ void Comparison::estimate_noise(Fit& fit, const FitOptions& options) const {
   }
 }
 
-void Comparison::settle(Fit& fit, const FitOptions& options, bool& noise_known) const {
+void Comparison::settle(Fit& fit, const FitOptions& options, bool& noise_known, const Fit* start) const {
   const auto shared = static_cast<Row>(fit.moved.size());
-  linearize(fit);
+  const Fit* known = options.thorough ? nullptr : start;
+  linearize(fit, known);
+  bool fresh = known == nullptr;  // the slopes are those here; otherwise what steps taught (Broyden 1965)
   for (int round = 0; round <= options.noise_rounds; ++round) {
     if (!noise_known) {
       std::vector<double> ends;
       for (const std::size_t r : fit.runs) {
-        const RecordedRun& run = experiment_->recording().runs[r];
+        const RecordedRun& run = recording().runs[r];
         ends.push_back(run.first_time() + fit.horizon * (run.last_time() - run.first_time()));
       }
       // A first idea: the robust size of what is left, so that wild points do not lead.
-      for (const std::size_t c : channels_of(experiment_->recording())) fit.noise[c].tail = 4;
-      for (const std::size_t c : channels_of(experiment_->recording())) {
+      for (const std::size_t c : channels_of(recording())) fit.noise[c].tail = 4;
+      for (const std::size_t c : channels_of(recording())) {
         std::vector<double> rest;
         for (std::size_t r = 0; r < fit.runs.size(); ++r) {
           Row row = 0;
-          for (const Series& series : experiment_->recording().runs[fit.runs[r]].series) {
+          for (const Series& series : recording().runs[fit.runs[r]].series) {
             for (std::size_t k = 0; k < series.value.size(); ++k, ++row)
               if (static_cast<std::size_t>(series.channel) == c && std::isfinite(fit.linear[r].rest[row]) && (fit.horizon >= 1 || series.t[k] <= ends[r]))
                 rest.push_back(fit.linear[r].rest[row] / (series.deviation.empty() ? 1 : series.deviation[k]));
           }
         }
-        fit.noise[c].deviation = std::max(robust_deviation(rest), resolution_of(experiment_->recording(), static_cast<Channel>(c)));
+        fit.noise[c].deviation = std::max(robust_deviation(rest), resolution_of(recording(), static_cast<Channel>(c)));
       }
       noise_known = true;
     }
@@ -348,16 +395,15 @@ void Comparison::settle(Fit& fit, const FitOptions& options, bool& noise_known) 
       MatrixXd information = MatrixXd::Zero(shared, shared);
       VectorXd slope = VectorXd::Zero(shared);
       std::vector<Whitened> white(fit.runs.size());
-      std::vector<MatrixXd> left(fit.runs.size());
       bool finite = true;
       for (std::size_t r = 0; r < fit.runs.size(); ++r) {
         if (!fit.linear[r].rest.allFinite()) { finite = false; break; }
         white[r] = whitened(fit.runs[r], fit.linear[r], fit.noise, fit.horizon);
-        left[r] = white[r].shared;
+        MatrixXd left = white[r].shared;
         VectorXd rest = white[r].rest;
-        project_out(white[r].unknowns, left[r], rest);
-        information += left[r].transpose() * left[r];
-        slope += left[r].transpose() * rest;
+        project_out(white[r].unknowns, left, rest);
+        information += left.transpose() * left;
+        slope += left.transpose() * rest;
       }
       if (!finite) break;
       // How well each parameter is known tells how wide its slopes are taken.
@@ -371,7 +417,8 @@ void Comparison::settle(Fit& fit, const FitOptions& options, bool& noise_known) 
         still[k] = (fit.shared[k] >= fit.moved[k].upper && slope[i] > 0) || (fit.shared[k] <= fit.moved[k].lower && slope[i] < 0) || information(i, i) < 1e-20;
       }
       bool better = false;
-      for (int attempt = 0; attempt < 8 && !better; ++attempt) {
+      const int attempts = fresh ? (options.thorough ? 8 : 5) : 2;
+      for (int attempt = 0; attempt < attempts && !better; ++attempt) {
         MatrixXd damped = information;
         VectorXd pull = slope;
         for (Row i = 0; i < shared; ++i) {
@@ -388,12 +435,13 @@ void Comparison::settle(Fit& fit, const FitOptions& options, bool& noise_known) 
           trial.shared[k] = std::clamp(fit.shared[k] + fit.moved[k].scale * step[i], fit.moved[k].lower, fit.moved[k].upper);
           taken[i] = (trial.shared[k] - fit.shared[k]) / fit.moved[k].scale;
         }
+        std::vector<VectorXd> own(fit.runs.size());
         for (std::size_t r = 0; r < fit.runs.size(); ++r) {
           const std::vector<Unknown>& unknowns = experiment_->unknowns(fit.runs[r]);
           if (unknowns.empty()) continue;
           const VectorXd target = shared > 0 ? VectorXd(white[r].rest - white[r].shared * taken) : white[r].rest;
-          const VectorXd change = white[r].unknowns.colPivHouseholderQr().solve(target) / (1 + damping);
-          for (std::size_t k = 0; k < unknowns.size(); ++k) trial.unknowns[fit.runs[r]][k] += unknowns[k].scale * change[static_cast<Row>(k)];
+          own[r] = white[r].unknowns.colPivHouseholderQr().solve(target) / (1 + damping);
+          for (std::size_t k = 0; k < unknowns.size(); ++k) trial.unknowns[fit.runs[r]][k] += unknowns[k].scale * own[r][static_cast<Row>(k)];
         }
         const Alteration altered = alteration_of(trial);
         team_->run(static_cast<int>(fit.runs.size()), [&](int place) {
@@ -402,7 +450,8 @@ void Comparison::settle(Fit& fit, const FitOptions& options, bool& noise_known) 
         });
         const double reached = log_likelihood(trial, trial.noise);
         if (reached > quality - 1e-9) {
-          at_rest = reached - quality < 1e-3;
+          at_rest = reached - quality < (options.thorough ? 1e-3 : 1e-2);
+          for (std::size_t r = 0; r < fit.runs.size(); ++r) learn(fit.linear[r], own[r], taken, trial.linear[r].rest, white[r]);
           fit.shared = trial.shared, fit.unknowns = trial.unknowns;
           quality = reached;
           damping = std::max(1e-9, damping * 0.1);
@@ -411,8 +460,17 @@ void Comparison::settle(Fit& fit, const FitOptions& options, bool& noise_known) 
           damping = std::max(1e-6, damping * 10);
         }
       }
+      const bool moved = better && !at_rest;
       if (!better) at_rest = true;
-      linearize(fit);
+      if (!moved && !fresh && (options.thorough || !better)) {
+        // What was learnt of the slopes leads no further: true ones may.
+        linearize(fit);
+        fresh = true;
+        at_rest = false;
+        damping = 1e-3;
+        continue;
+      }
+      if (moved) fresh = false;
     }
     fit.sound = std::isfinite(quality);
     if (!fit.sound) break;
@@ -425,6 +483,34 @@ void Comparison::settle(Fit& fit, const FitOptions& options, bool& noise_known) 
                          std::abs(1 / fit.noise[c].tail - 1 / before[c].tail), fit.noise[c].jitter == before[c].jitter ? 0.0 : 1.0});
     if (change < 0.01) break;
   }
+  if (!fresh && fit.sound && options.thorough) linearize(fit);
+}
+
+// Runs that fit much worse than the others may have fallen out of step with their recording: each alone is fitted anew from its first guess, a beginning
+// first. Whether one was brought back.
+bool Comparison::bring_back(Fit& fit) const {
+  constexpr double much = 1.5;
+  std::vector<double> misfits, likelihoods;
+  for (std::size_t place = 0; place < fit.runs.size(); ++place) {
+    const RunLinear bare{fit.linear[place].rest, MatrixXd(fit.linear[place].rest.size(), 0), MatrixXd(fit.linear[place].rest.size(), 0)};
+    const Whitened w = whitened(fit.runs[place], bare, fit.noise);
+    misfits.push_back(w.rest.squaredNorm() / static_cast<double>(std::max<Row>(1, w.rest.size())));
+    likelihoods.push_back(w.log_density);
+  }
+  std::vector<double> sorted = misfits;
+  std::sort(sorted.begin(), sorted.end());
+  const double usual = sorted[(sorted.size() - 1) / 2];
+  bool better = false;
+  for (std::size_t place = 0; place < fit.runs.size(); ++place) {
+    const std::size_t run = fit.runs[place];
+    if (misfits[place] <= much * usual || experiment_->unknowns(run).empty()) continue;
+    const Fit alone = carry_over(fit, {run});
+    const RunLinear bare{alone.linear[0].rest, MatrixXd(alone.linear[0].rest.size(), 0), MatrixXd(alone.linear[0].rest.size(), 0)};
+    if (!alone.sound || !(whitened(run, bare, fit.noise).log_density > likelihoods[place] + 1)) continue;
+    fit.unknowns[run] = alone.unknowns[run];
+    better = true;
+  }
+  return better;
 }
 
 Fit Comparison::fit(const std::vector<Parameter>& moved, const std::vector<Setting>& settings, const std::vector<std::size_t>& runs, const Fit* start, const FitOptions& options) const {
@@ -436,7 +522,7 @@ Fit Comparison::fit(const std::vector<Parameter>& moved, const std::vector<Setti
   fit.unknowns.resize(experiment_->runs());
   for (std::size_t r = 0; r < experiment_->runs(); ++r)
     for (const Unknown& u : experiment_->unknowns(r)) fit.unknowns[r].push_back(u.guess);
-  for (const std::size_t r : runs) fit.samples += samples_of(experiment_->recording().runs[r]);
+  for (const std::size_t r : runs) fit.samples += samples_of(recording().runs[r]);
   bool noise_known = false;
   if (start != nullptr) {
     for (std::size_t k = 0; k < moved.size(); ++k)
@@ -451,12 +537,13 @@ Fit Comparison::fit(const std::vector<Parameter>& moved, const std::vector<Setti
     part.noise_rounds = 0, part.most_iterations = 6;
     for (const double horizon : {0.12, 0.3, 0.6}) {
       fit.horizon = horizon;
-      settle(fit, part, noise_known);
+      settle(fit, part, noise_known, nullptr);
       noise_known = false;  // what is noise and what a wrong start shows anew with each part
     }
     fit.horizon = 1;
   }
-  settle(fit, options, noise_known);
+  settle(fit, options, noise_known, start);
+  if (options.by_horizon && fit.sound && bring_back(fit)) settle(fit, options, noise_known, nullptr);
   const auto shared = static_cast<Row>(moved.size());
   fit.covariance = MatrixXd::Zero(shared, shared);
   if (fit.sound) {
@@ -470,7 +557,7 @@ Fit Comparison::fit(const std::vector<Parameter>& moved, const std::vector<Setti
     // Student's t tells less than its core of normal numbers would.
     double told = 0, count = 0;
     for (const std::size_t r : runs)
-      for (const Series& series : experiment_->recording().runs[r].series) {
+      for (const Series& series : recording().runs[r].series) {
         const double tail = fit.noise[static_cast<std::size_t>(series.channel)].tail;
         told += static_cast<double>(series.value.size()) * (tail + 1) / (tail + 3), count += static_cast<double>(series.value.size());
       }
@@ -484,49 +571,153 @@ Fit Comparison::fit(const std::vector<Parameter>& moved, const std::vector<Setti
   return fit;
 }
 
-Noise Comparison::settled_noise(const Fit& fit, const std::vector<std::vector<VectorXd>>& columns) const {
-  constexpr std::size_t most_waves = 6, samples_per_wave = 8;
-  // Where samples are few, the columns would take all of them.
-  std::size_t unknowns = fit.moved.size();
-  for (const RunLinear& linear : fit.linear) unknowns += static_cast<std::size_t>(linear.unknowns.cols());
-  if (fit.samples < 3 * (columns.size() + unknowns)) return fit.noise;
+Comparison::Pieces Comparison::pieces_of(const Fit& fit, std::size_t place) const {
+  constexpr std::size_t most_curves = 6, samples_per_curve = 6;
+  const std::size_t run = fit.runs[place];
+  const RecordedRun& recorded = recording().runs[run];
+  Pieces pieces{MatrixXd(fit.linear[place].rest.size(), 0), std::vector<bool>(static_cast<std::size_t>(fit.linear[place].rest.size()), true)};
+  MatrixXd& columns = pieces.curves;
+  if (recording().kind == RecordingKind::impacts) {
+    // The clock's zero is estimated; times may yet drift and bend.
+    const Series& series = recorded.series.front();
+    const std::size_t n = series.value.size(), count = std::min<std::size_t>(2, n / 3);
+    columns.setZero(static_cast<Row>(n), static_cast<Row>(count));
+    for (std::size_t k = 0; k < count; ++k)
+      for (std::size_t i = 0; i < n; ++i)
+        columns(static_cast<Row>(i), static_cast<Row>(k)) =
+            std::legendre(static_cast<unsigned>(k + 1), 2 * static_cast<double>(i) / static_cast<double>(n - 1) - 1) * fit.noise[static_cast<std::size_t>(Channel::impact)].deviation;
+    return pieces;
+  }
+  std::vector<std::pair<double, double>> contacts;
+  double touched = 0, beginning = 0;
+  bool together = false;
+  if (experiment_->has_wall()) {
+    const std::vector<Experiment::Point> path = experiment_->path(run, alteration_of(fit), fit.unknowns[run]);
+    for (const Experiment::Point& p : path) {
+      if (p.overlap > 0 && !together) beginning = p.time;
+      if (!(p.overlap > 0) && together) contacts.push_back({beginning, p.time}), touched += p.time - beginning;
+      together = p.overlap > 0;
+    }
+    if (together) contacts.push_back({beginning, path.back().time}), touched += path.back().time - beginning;
+  }
+  const bool bounces = touched < 0.3 * (recorded.last_time() - recorded.first_time()) && recording().kind == RecordingKind::trajectory;
+  if (!bounces && recording().kind == RecordingKind::trajectory) contacts.clear();  // it lies on the wall
+  std::vector<double> ends;
+  for (const auto& [from, to] : contacts) {
+    ends.push_back(bounces ? 0.5 * (from + to) : from);
+    if (!bounces) ends.push_back(to);
+  }
+  ends.push_back(infinite);
+  // Where nothing of the start is estimated, runs may scatter about their means.
+  const bool about_mean = experiment_->unknowns(run).empty();
+  Row row = 0;
+  for (const Series& series : recorded.series) {
+    const std::size_t n = series.value.size();
+    const ChannelNoise& noise = fit.noise[static_cast<std::size_t>(series.channel)];
+    const auto add = [&] {
+      columns.conservativeResize(Eigen::NoChange, columns.cols() + 1);
+      columns.rightCols(1).setZero();
+      return columns.cols() - 1;
+    };
+    const double about = bounces ? noise.spacing : 0;
+    std::size_t from = 0;
+    for (std::size_t piece = 0; piece < ends.size(); ++piece) {
+      std::size_t to = from;
+      while (to < n && series.t[to] < ends[piece]) ++to;
+      if (to - from >= 2) {
+        const std::size_t count = std::clamp<std::size_t>((to - from) / samples_per_curve, 1, most_curves);
+        const double middle = 0.5 * (series.t[from] + series.t[to - 1]), half = std::max(0.5 * (series.t[to - 1] - series.t[from]), 1e-300);
+        for (std::size_t k = about_mean && (piece == 0 || bounces) ? 1 : 0; k < count; ++k) {
+          const Row c = add();
+          for (std::size_t i = from; i < to; ++i)
+            columns(row + static_cast<Row>(i), c) = std::legendre(static_cast<unsigned>(k), std::clamp((series.t[i] - middle) / half, -1.0, 1.0)) * noise.deviation;
+        }
+      }
+      for (std::size_t i = from; i < to && bounces; ++i) {
+        const bool near = (piece > 0 && series.t[i] < contacts[piece - 1].second + about) || (piece < contacts.size() && series.t[i] > contacts[piece].first - about);
+        if (near) pieces.kept[static_cast<std::size_t>(row) + i] = false;
+      }
+      from = to;
+    }
+    row += static_cast<Row>(n);
+  }
+  return pieces;
+}
+
+Noise Comparison::settled_noise(const Fit& fit, const std::vector<std::vector<VectorXd>>& all_columns) const {
   Fit wide;
-  wide.moved = fit.moved, wide.runs = fit.runs, wide.noise = fit.noise, wide.linear = fit.linear, wide.samples = fit.samples;
+  wide.moved = fit.moved, wide.runs = fit.runs, wide.noise = fit.noise, wide.linear = fit.linear, wide.samples = 0;
+  std::size_t unknowns = fit.moved.size();
+  Recording fewer = recording();  // without the samples about the contacts of a bouncing body
+  Comparison left_over = *this;
+  left_over.recording_ = &fewer;
+  std::vector<std::vector<VectorXd>> columns = all_columns;
+  for (std::size_t r = 0; r < fit.runs.size(); ++r) {
+    RunLinear& linear = wide.linear[r];
+    const Pieces pieces = pieces_of(fit, r);
+    const Row own = linear.unknowns.cols();
+    linear.unknowns.conservativeResize(Eigen::NoChange, own + pieces.curves.cols());
+    linear.unknowns.rightCols(pieces.curves.cols()) = pieces.curves;
+    unknowns += static_cast<std::size_t>(linear.unknowns.cols());
+    std::vector<Row> kept;
+    for (std::size_t k = 0; k < pieces.kept.size(); ++k)
+      if (pieces.kept[k]) kept.push_back(static_cast<Row>(k));
+    wide.samples += kept.size();
+    if (kept.size() == pieces.kept.size()) continue;
+    linear.rest = linear.rest(kept).eval(), linear.unknowns = linear.unknowns(kept, Eigen::all).eval(), linear.shared = linear.shared(kept, Eigen::all).eval();
+    for (auto& column : columns) column[r] = column[r](kept).eval();
+    std::size_t row = 0;
+    for (Series& series : fewer.runs[fit.runs[r]].series) {
+      Series some = series;
+      some.t.clear(), some.value.clear(), some.deviation.clear(), some.rate.clear();
+      for (std::size_t k = 0; k < series.value.size(); ++k, ++row) {
+        if (!pieces.kept[row]) continue;
+        some.t.push_back(series.t[k]), some.value.push_back(series.value[k]);
+        if (!series.deviation.empty()) some.deviation.push_back(series.deviation[k]);
+        if (!series.rate.empty()) some.rate.push_back(series.rate[k]);
+      }
+      series = some;
+    }
+  }
+  if (wide.samples < 12 + unknowns) return fit.noise;
+  // The columns' main directions, as the others leave them.
+  const auto most = static_cast<Row>((wide.samples - unknowns) / 10);
+  MatrixXd gram = MatrixXd::Zero(static_cast<Row>(columns.size()), static_cast<Row>(columns.size()));
+  VectorXd whole = VectorXd::Zero(gram.rows());
+  for (std::size_t r = 0; r < fit.runs.size(); ++r) {
+    RunLinear all{wide.linear[r].rest, wide.linear[r].unknowns, MatrixXd(wide.linear[r].rest.size(), gram.cols())};
+    for (Row c = 0; c < gram.cols(); ++c) all.shared.col(c) = columns[static_cast<std::size_t>(c)][r];
+    Whitened w = left_over.whitened(fit.runs[r], all, fit.noise);
+    whole += w.shared.colwise().squaredNorm().transpose();
+    project_out(w.unknowns, w.shared, w.rest);
+    gram += w.shared.transpose() * w.shared;
+  }
+  VectorXd size(gram.rows());
+  for (Row c = 0; c < gram.rows(); ++c) size[c] = gram(c, c) > 1e-6 * whole[c] && whole[c] > 0 ? 1 / std::sqrt(gram(c, c)) : 0;
+  gram = size.asDiagonal() * gram * size.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(gram);
+  MatrixXd kept(gram.rows(), 0);
+  for (Row c = gram.rows() - 1; c >= 0 && kept.cols() < most; --c) {
+    if (!(eigen.eigenvalues()[c] > 1e-4 * eigen.eigenvalues()[gram.rows() - 1])) break;
+    kept.conservativeResize(Eigen::NoChange, kept.cols() + 1);
+    kept.rightCols(1) = size.cwiseProduct(eigen.eigenvectors().col(c)) * std::sqrt(static_cast<double>(wide.samples) / eigen.eigenvalues()[c]);
+  }
   for (std::size_t r = 0; r < fit.runs.size(); ++r) {
     RunLinear& linear = wide.linear[r];
     const Row own = linear.shared.cols();
-    linear.shared.conservativeResize(Eigen::NoChange, own + static_cast<Row>(columns.size()));
-    for (std::size_t c = 0; c < columns.size(); ++c) {
-      double length = 0;
-      for (const VectorXd& run : columns[c]) length += run.squaredNorm();
-      linear.shared.col(own + static_cast<Row>(c)) = columns[c][r] / std::sqrt(std::max(length, 1e-300)) * std::sqrt(static_cast<double>(fit.samples));
-    }
-    Row row = 0;
-    for (const Series& series : experiment_->recording().runs[fit.runs[r]].series) {
-      const std::size_t n = series.value.size(), waves = series.channel == Channel::impact ? 0 : std::min(most_waves, n / samples_per_wave);
-      const double length = std::max(series.t.back() - series.t.front(), 1e-300);
-      // Where nothing of the start is estimated, runs may scatter about their means.
-      const std::size_t first = experiment_->unknowns(fit.runs[r]).empty() ? 1 : 0;
-      const Row before = linear.unknowns.cols();
-      linear.unknowns.conservativeResize(Eigen::NoChange, before + static_cast<Row>(waves));
-      linear.unknowns.rightCols(static_cast<Row>(waves)).setZero();
-      for (std::size_t wave = 0; wave < waves; ++wave)
-        for (std::size_t k = 0; k < n; ++k)
-          linear.unknowns(row + static_cast<Row>(k), before + static_cast<Row>(wave)) =
-              std::cos(M_PI * static_cast<double>(wave + first) * (series.t[k] - series.t.front()) / length) * fit.noise[static_cast<std::size_t>(series.channel)].deviation;
-      row += static_cast<Row>(n);
-    }
+    linear.shared.conservativeResize(Eigen::NoChange, own + kept.cols());
+    linear.shared.rightCols(kept.cols()).setZero();
+    for (Row c = 0; c < gram.cols(); ++c)
+      if (size[c] > 0) linear.shared.rightCols(kept.cols()) += columns[static_cast<std::size_t>(c)][r] * kept.row(c);
   }
   // The residual as those columns leave it.
   for (int round = 0; round < 2; ++round) {
     Fit left = wide;
-    Row total = 0;
-    for (const RunLinear& linear : wide.linear) total += linear.rest.size();
     MatrixXd information = MatrixXd::Zero(wide.linear[0].shared.cols(), wide.linear[0].shared.cols());
     VectorXd slope = VectorXd::Zero(information.rows());
     std::vector<Whitened> white;
     for (std::size_t r = 0; r < wide.runs.size(); ++r) {
-      white.push_back(whitened(wide.runs[r], wide.linear[r], wide.noise));
+      white.push_back(left_over.whitened(wide.runs[r], wide.linear[r], wide.noise));
       MatrixXd shared = white[r].shared;
       VectorXd rest = white[r].rest;
       project_out(white[r].unknowns, shared, rest);
@@ -543,7 +734,7 @@ Noise Comparison::settled_noise(const Fit& fit, const std::vector<std::vector<Ve
       }
     }
     FitOptions options;
-    estimate_noise(left, options);
+    left_over.estimate_noise(left, options);
     wide.noise = left.noise;
   }
   return wide.noise;
@@ -555,7 +746,25 @@ Fit Comparison::carry_over(const Fit& from, const std::vector<std::size_t>& runs
   for (std::size_t k = 0; k < fixed.size(); ++k) fixed[k].lower = fixed[k].upper = from.shared[k];
   FitOptions options;
   options.noise_rounds = 0;
-  return fit(fixed, from.settings, runs, &from, options);
+  Fit start = from;
+  for (const std::size_t run : runs)
+    for (std::size_t u = 0; u < start.unknowns[run].size(); ++u) start.unknowns[run][u] = experiment_->unknowns(run)[u].guess;
+  Fit found = fit(fixed, from.settings, runs, &start, options);
+  if (experiment_->has_wall() && recording().kind != RecordingKind::contact) {
+    // Bounces may be out of step with the recording: a beginning is fitted first.
+    Fit stepwise = start;
+    stepwise.moved = fixed, stepwise.runs = runs, stepwise.samples = found.samples;
+    FitOptions part = options;
+    part.most_iterations = 6;
+    bool noise_known = true;
+    for (const double horizon : {0.12, 0.3, 0.6, 1.0}) {
+      stepwise.horizon = horizon;
+      settle(stepwise, part, noise_known, nullptr);
+    }
+    const Fit other = fit(fixed, from.settings, runs, &stepwise, options);
+    if (other.sound && (!found.sound || log_likelihood(other, from.noise) > log_likelihood(found, from.noise))) found = other;
+  }
+  return found;
 }
 
 std::vector<VectorXd> Comparison::response(const Fit& fit, const Alteration& more) const {
@@ -567,11 +776,12 @@ std::vector<VectorXd> Comparison::response(const Fit& fit, const Alteration& mor
     const auto r = static_cast<std::size_t>(place);
     const std::size_t run = fit.runs[r];
     const Experiment::Prediction predicted = experiment_->predict(run, all, fit.unknowns[run]);
-    const RecordedRun& recorded = experiment_->recording().runs[run];
+    const RecordedRun& recorded = recording().runs[run];
     VectorXd rest(fit.linear[r].rest.size());
     Row row = 0;
     for (std::size_t s = 0; s < predicted.size(); ++s)
       for (std::size_t k = 0; k < predicted[s].size(); ++k) rest[row++] = recorded.series[s].value[k] - predicted[s][k];
+    if (!errors_.empty()) rest -= errors_[run];
     responses[r] = fit.linear[r].rest - rest;
   });
   return responses;

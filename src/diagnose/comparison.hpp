@@ -38,6 +38,7 @@ struct FitOptions {
   int noise_rounds = 3;            // how often the noise is estimated again; 0: that of the start is taken as given
   bool by_horizon = false;         // a beginning of each run is fitted first, then more: for motions that a wrong guess throws out of step
   bool tails = true;               // whether its tails are
+  bool thorough = true;            // the slopes at the end are true ones; otherwise those of the start, as its steps corrected them
   std::size_t common = 0;          // how many of the shared parameters the models compared have in common: the first ones
 };
 
@@ -50,9 +51,13 @@ struct Whitened {
 
 class Comparison {
  public:
-  Comparison(const Experiment& experiment, ThreadTeam& team) : experiment_(&experiment), team_(&team) {}
+  Comparison(const Experiment& experiment, ThreadTeam& team) : experiment_(&experiment), recording_(&experiment.recording()), team_(&team) {}
   const Experiment& experiment() const { return *experiment_; }
   ThreadTeam& team() const { return *team_; }
+
+  // What is added to all predictions of each run of the recording: the error of finite steps. Empty: nothing.
+  void correct(std::vector<Eigen::VectorXd> errors) { errors_ = std::move(errors); }
+  const std::vector<Eigen::VectorXd>& corrections() const { return errors_; }
 
   // The most likely values of the moved parameters, within their bounds, and of each run's unknowns, by Levenberg–Marquardt on the
   // likelihood of the noise, whose parameters follow from the restricted likelihood (Patterson & Thompson 1971): what estimates take away from the
@@ -70,12 +75,13 @@ class Comparison {
   // The same without weights.
   Whitened independent(std::size_t run, const RunLinear& linear, const Noise& noise) const;
 
-  // The noise about a fit, judged by what is left when the residuals may also follow any of the columns (by place in the fit's runs) and a few smooth
-  // waves of each run: physics that the fit lacks is not taken for noise.
+  // The noise about a fit, judged by what is left when the residuals may also follow the main directions of the columns (by place in the fit's runs) and
+  // smooth curves over each piece of a run between its contacts: physics that the fit lacks is not taken for noise.
   Noise settled_noise(const Fit& fit, const std::vector<std::vector<Eigen::VectorXd>>& columns) const;
 
   // The likelihood of a fit's residuals under another noise.
   double log_likelihood(const Fit& fit, const Noise& noise) const;
+  std::vector<double> log_likelihoods(const Fit& fit, const Noise& noise) const;  // by run
 
   // RMS over runs of the independent residuals, each over its standard deviation; tails count as their weights say.
   double misfit(const Fit& fit, const Noise& noise) const;
@@ -85,13 +91,24 @@ class Comparison {
  private:
   // What is left of a run; false where the simulation fails.
   bool predict(std::size_t run, const Alteration& altered, const std::vector<double>& unknowns, double horizon, Eigen::VectorXd& rest) const;
-  void linearize(Fit& fit) const;
+  void linearize(Fit& fit, const Fit* known = nullptr) const;
   void estimate_noise(Fit& fit, const FitOptions& options) const;
-  void settle(Fit& fit, const FitOptions& options, bool& noise_known) const;
+  void settle(Fit& fit, const FitOptions& options, bool& noise_known, const Fit* start) const;
+  // Smooth curves over each piece of a run between its contacts, as columns, and which samples lie clear of the contacts of a bouncing body.
+  struct Pieces {
+    Eigen::MatrixXd curves;
+    std::vector<bool> kept;
+  };
+  Pieces pieces_of(const Fit& fit, std::size_t place) const;
+  bool bring_back(Fit& fit) const;
   double restricted(const Fit& fit, const Noise& noise, std::size_t common) const;
 
+  const Recording& recording() const { return *recording_; }
+
   const Experiment* experiment_;
+  const Recording* recording_;  // of the experiment, or a part of its samples
   ThreadTeam* team_;
+  std::vector<Eigen::VectorXd> errors_;
 };
 
 }  // namespace quern

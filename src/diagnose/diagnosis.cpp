@@ -75,17 +75,20 @@ class Investigation {
     if (experiment_.base().has("diagnose.free"))
       for (const std::string& key : experiment_.base().texts("diagnose.free")) free_.push_back(experiment_.parameter(key));
     // Step 2 goes with step 4: the step is refined until it matters less than the noise, as far as time allows.
-    constexpr int most_refinements = 3;
+    constexpr int most_refinements = 2;
     for (int refinement = 0;; ++refinement) {
       calibrate();
       if (!enough_data()) return finish();
-      look_for_numerics();
-      if (d_.numerical_error < 1 || refinement == most_refinements || !affordable()) break;
+      // What steps err by depends on where the calibration leads, and the other way round.
+      constexpr int most_turns = 4;
+      for (int turn = 0; turn < most_turns && look_for_numerics() > 0.3; ++turn) calibrate();
+      if (d_.numerical_error < 0.5 || refinement == most_refinements || !affordable()) break;
       experiment_.steps.time_step *= 0.5;
       experiment_.steps.longest_flight_step *= 0.5;
+      comparison_.correct({});
     }
     if (d_.numerical_error > 3)
-      d_.remarks.push_back(fmt::format("Half the time step moves the simulation by {:.2g} standard deviations of the noise over all samples; what looks like that was not counted.", d_.numerical_error));
+      d_.remarks.push_back(fmt::format("A finer time step would move the simulation by {:.2g} standard deviations of the noise over all samples; what looks like that was not counted.", d_.numerical_error));
     judge_baseline();
     if (d_.adequacy_p <= family_level && start_elsewhere()) judge_baseline();
     if (d_.adequacy_p > family_level) {
@@ -115,7 +118,6 @@ class Investigation {
   Noise noise_about(const Fit& fit, const std::vector<Direction>& directions) const {
     std::vector<std::vector<VectorXd>> columns;
     for (const Direction& direction : directions) {
-      if (direction.probe != 0) continue;
       const auto& column = direction.columns[0];
       if (std::all_of(column.begin(), column.end(), [](const VectorXd& run) { return run.allFinite(); })) columns.push_back(column);
     }
@@ -152,7 +154,7 @@ class Investigation {
     for (std::size_t k = 0; k < free_.size() && free_.size() <= 4; ++k) {
       const Parameter& p = free_[k];
       if (!std::isfinite(p.lower) || !std::isfinite(p.upper)) continue;
-      for (const double part : {0.15, 0.5, 0.85}) {
+      for (const double part : {0.25, 0.75}) {
         Fit start = d_.baseline;
         start.moved = free_;
         start.shared.clear();
@@ -184,27 +186,47 @@ class Investigation {
     return false;
   }
 
-  // Step 2: half the step must move the result by less than the noise.
-  void look_for_numerics() {
-    Experiment finer = experiment_;
-    finer.steps.time_step = 0.5 * experiment_.steps.time_step;
-    finer.steps.longest_flight_step = 0.5 * experiment_.steps.longest_flight_step;
-    const Comparison fine(finer, comparison_.team());
-    Fit there = d_.baseline;
-    FitOptions options;
-    options.noise_rounds = 0, options.most_iterations = 0;
-    there = fine.fit(there.moved, there.settings, there.runs, &d_.baseline, options);
-    double sum = 0;
+  // Step 2: what finite steps err by at the baseline, of first and second order in them, is told from a half and a quarter of the step and taken off all
+  // predictions; what the second order was is taken for what is left (Richardson 1911).
+  // Returns by how much that moved the predictions, in standard deviations of all samples together.
+  double look_for_numerics() {
+    Experiment halved = experiment_, quartered = experiment_;
+    halved.steps.time_step *= 0.5, halved.steps.longest_flight_step *= 0.5;
+    quartered.steps.time_step *= 0.25, quartered.steps.longest_flight_step *= 0.25;
+    std::vector<VectorXd> errors(experiment_.runs()), left(experiment_.runs());
+    const Alteration altered = comparison_.alteration_of(d_.baseline);
+    comparison_.team().run(static_cast<int>(experiment_.runs()), [&](int place) {
+      const auto run = static_cast<std::size_t>(place);
+      const std::vector<double>& unknowns = d_.baseline.unknowns[run];
+      const VectorXd whole = stacked(experiment_.predict(run, altered, unknowns)), half = stacked(halved.predict(run, altered, unknowns)),
+                     quarter = stacked(quartered.predict(run, altered, unknowns));
+      errors[run] = (8 * quarter - 6 * half + whole) / 3 - whole;
+      left[run] = whole + errors[run] - (2 * quarter - half);
+      if (!left[run].allFinite()) errors[run].setZero(), left[run].setZero();
+    });
+    double sum = 0, moved = 0;
     numerical_.clear();
-    for (std::size_t r = 0; r < there.runs.size(); ++r) {
-      RunLinear difference = there.linear[r];
-      difference.rest -= d_.baseline.linear[r].rest;
-      numerical_.push_back(difference.rest);
-      Noise normal = d_.baseline.noise;
-      for (ChannelNoise& one : normal) one.tail = 1e9;
-      sum += comparison_.whitened(there.runs[r], difference, normal).rest.squaredNorm();
+    Noise normal = d_.baseline.noise;
+    for (ChannelNoise& one : normal) one.tail = 1e9;
+    const auto size_of = [&](std::size_t run, const VectorXd& change) {
+      const RunLinear one{change, Eigen::MatrixXd(change.size(), 0), Eigen::MatrixXd(change.size(), 0)};
+      return comparison_.whitened(run, one, normal).rest.squaredNorm();
+    };
+    const std::vector<VectorXd>& before = comparison_.corrections();
+    for (const std::size_t run : d_.baseline.runs) {
+      sum += size_of(run, left[run]);
+      moved += size_of(run, before.empty() ? errors[run] : VectorXd(errors[run] - before[run]));
+      numerical_.push_back(left[run]);
     }
     d_.numerical_error = std::sqrt(sum);
+    comparison_.correct(std::move(errors));
+    return std::sqrt(moved);
+  }
+
+  static VectorXd stacked(const Experiment::Prediction& prediction) {
+    std::vector<double> all;
+    for (const std::vector<double>& series : prediction) all.insert(all.end(), series.begin(), series.end());
+    return Eigen::Map<VectorXd>(all.data(), static_cast<Eigen::Index>(all.size()));
   }
 
   // Whether runs of half the step would still take but milliseconds.
@@ -318,10 +340,21 @@ class Investigation {
     return all;
   }
 
+  // A first probe that is too strong to be simulated is brought nearer to nothing.
+  void soften(Candidate& c) const {
+    for (int tries = 0; tries < 3; ++tries) {
+      const std::vector<VectorXd> shown = response_of(d_.baseline, c, c.probes[0]);
+      if (std::all_of(shown.begin(), shown.end(), [](const VectorXd& run) { return run.allFinite(); })) return;
+      const double nothing = c.parameters[0].value;
+      c.probes[0][0] = nothing + 0.1 * (c.probes[0][0] - nothing);
+    }
+  }
+
   // Steps 5 and 7: is anything left, and how each candidate would show.
   void judge_baseline() {
     sizes_ = sizes_of(comparison_, d_.baseline);
     candidates_ = candidates_for(comparison_, d_.baseline, sizes_);
+    for (Candidate& c : candidates_) soften(c);
     reynolds_ = 2 * sizes_.radius * sizes_.speed * experiment_.base().number("medium.density") / experiment_.base().number("medium.viscosity");
     directions_ = directions_about(d_.baseline, {});
     d_.baseline.noise = noise_about(d_.baseline, directions_);
@@ -404,7 +437,10 @@ class Investigation {
         start.moved.push_back(c.parameters[k]);
         start.shared.push_back(at[k]);
       }
-      Fit fit = comparison_.fit(moved, settings, train_, &start, noise_given());
+      FitOptions options = noise_given();
+      options.thorough = false;
+      options.most_iterations = 10;
+      Fit fit = comparison_.fit(moved, settings, train_, &start, options);
       const std::string words = c.effect + (c.form.empty() ? "" : " (" + c.form + ")");
       note(fmt::format("{}, from {:.4g}", words, at[0]), fit);
       if (!fit.sound) continue;
@@ -509,7 +545,20 @@ class Investigation {
     for (std::size_t k = 0; k < std::min<std::size_t>(4, asked.size()); ++k)
       if (auto tried = attempt(curves[asked[k].second], curves[asked[k].second].probes, d_.baseline)) d_.ranking.push_back(std::move(*tried));
     weigh();
+    refine();
     settle_noise();
+  }
+
+  // The best fits once more, with slopes that are true where they are.
+  void refine() {
+    constexpr std::size_t most = 5;
+    for (std::size_t k = 0; k < std::min(most, d_.ranking.size()); ++k) {
+      Tried& t = d_.ranking[k];
+      t.fit = comparison_.fit(t.fit.moved, t.fit.settings, train_, &t.fit, noise_given());
+      note("again: " + std::string(fmt::format("{}", fmt::join(t.effects, " + "))), t.fit);
+      rate(t);
+    }
+    weigh();
   }
 
   void weigh() {
@@ -524,7 +573,7 @@ class Investigation {
 
   // Step 9: what a model that was fitted on the fit part tells of the select part, against the baseline treated likewise.
   void hold_out(Tried& tried) {
-    if (split_.select.empty() || split_.fit.empty()) return;
+    if (split_.select.empty() || split_.fit.empty() || !tried.held_out_runs.empty()) return;
     const FitOptions options = noise_given();
     if (!select_baseline_) {
       const Fit part = comparison_.fit(free_, {}, split_.fit, &d_.baseline, options);
@@ -535,6 +584,27 @@ class Investigation {
     note("held out: " + tried.effects.front(), there);
     tried.held_out = comparison_.misfit(there, there.noise);
     tried.held_out_gain = comparison_.log_likelihood(there, there.noise) - comparison_.log_likelihood(*select_baseline_, there.noise);
+    tried.held_out_runs = comparison_.log_likelihoods(there, there.noise);
+  }
+
+  // Whether one explanation tells the select part better than another, by more than the chance of its runs.
+  bool tells_more(Tried& more, Tried& less) {
+    hold_out(more), hold_out(less);
+    const std::size_t runs = more.held_out_runs.size();
+    if (runs == 0 || less.held_out_runs.size() != runs) return more.bic < less.bic - 6;
+    double sum = 0, square = 0;
+    for (std::size_t r = 0; r < runs; ++r) {
+      const double one = more.held_out_runs[r] - less.held_out_runs[r];
+      sum += one, square += one * one;
+    }
+    const double n = static_cast<double>(runs), spread = runs > 2 ? std::sqrt(std::max(0.0, square - sum * sum / n) * n / (n - 1)) : 0;
+    return sum > std::max(2.0, 2 * spread);
+  }
+
+  Tried* best_single() {
+    for (Tried& t : d_.ranking)
+      if (!t.candidate.free_form && !t.candidate.rival && t.effects.size() == 1) return &t;
+    return nullptr;
   }
 
   double remaining_of(const Tried& tried) {
@@ -669,6 +739,14 @@ class Investigation {
     return nullptr;
   }
 
+  // Of all learnt curves, or of all names.
+  double probability_of(bool free_form) const {
+    double sum = 0;
+    for (const Tried& t : d_.ranking)
+      if (!t.candidate.rival && t.candidate.free_form == free_form) sum += t.probability;
+    return sum;
+  }
+
   // The noise is known better about the best explanation than about the baseline: is the baseline still refuted?
   bool still_refuted() {
     Residuals residuals(comparison_, d_.baseline, numerical_);
@@ -687,7 +765,7 @@ class Investigation {
     const Tried* named = best_named();
     if (named == nullptr) return unexplained(best_free());
     d_.remaining_p = remaining_of(*named);
-    const auto better_free = [&] { const Tried* free = best_free(); return free != nullptr && free->bic < best_named()->bic - 6; };
+    const auto better_free = [&] { return probability_of(true) > probability_of(false); };
     if (d_.remaining_p < second_look) {
       try_by_body();
       settle_noise();
@@ -701,14 +779,34 @@ class Investigation {
     }
     for (std::size_t k = 0; k < std::min<std::size_t>(4, d_.ranking.size()); ++k) hold_out(d_.ranking[k]);
     named = best_named();
-    if (named->held_out == 0) hold_out(*const_cast<Tried*>(named));
-    if (d_.remaining_p < left_level || better_free() || named->bic > -2) return unexplained(best_free());
+    if (named->bic > -2) return unexplained(best_free());
+    // What one effect leaves may be too little to show in runs that were not fitted: then it is told, and nothing is built on it.
+    bool little_left = false;
+    if (Tried* single = best_single(); single != nullptr && (named->effects.size() > 1 || d_.remaining_p < left_level || better_free())) {
+      constexpr double most_of_it = 0.9;
+      double greatest = 0;
+      for (const Tried& t : d_.ranking) greatest = std::max(greatest, t.gain);
+      bool more = single->gain < most_of_it * greatest;
+      for (std::size_t k = 0; k < std::min<std::size_t>(3, d_.ranking.size()) && !more; ++k) more = &d_.ranking[k] != single && tells_more(d_.ranking[k], *single);
+      if (!more) little_left = true, named = single;
+    }
+    if (!little_left && (d_.remaining_p < left_level || better_free())) return unexplained(best_free());
     d_.verdict = Verdict::omitted_physics;
     d_.effects = named->effects;
     d_.form = named->candidate.form;
     d_.best = named->fit;
     tell_bodies(*named);
     look_alikes(*named);
+    // A name that leaves something is a little less certain.
+    if (little_left) {
+      double alone = 0, all = 0;
+      for (const Tried& t : d_.ranking)
+        if (!t.candidate.free_form && t.effects.size() == 1) (t.effects == d_.effects ? alone : all) += t.probability;
+      d_.confidence = alone > 0 ? 0.85 * alone / (alone + all) : 0.5;
+      d_.remarks.push_back("Something small is left that the noise does not explain; it does not help to tell runs that were not fitted.");
+    } else if (d_.remaining_p < second_look) {
+      d_.confidence *= d_.remaining_p < family_level ? 0.6 : 0.85;
+    }
   }
 
   // Which bodies need the effect, where each has its own strength.

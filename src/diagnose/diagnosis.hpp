@@ -38,6 +38,7 @@ struct Tried {
   double probability = 0;          // among all that was tried
   double held_out = 0;             // misfit on the select part, fitted on the fit part; 0: not asked
   double held_out_gain = 0;        // ln likelihood ratio there over the baseline
+  std::vector<double> held_out_runs;  // ln likelihood there, by run
 };
 
 // The least strength of an effect that these recordings could have shown.
@@ -66,7 +67,7 @@ struct Diagnosis {
   std::vector<Detectable> detectable;
   double adequacy_p = 1;                       // of the calibrated baseline
   double remaining_p = 1;                      // of the winner
-  double numerical_error = 0;                  // by which half the step moves all samples together, in standard deviations
+  double numerical_error = 0;                  // by which a finer step would move all samples together, in standard deviations
   StepControl steps;                           // with which it was simulated
   std::vector<std::string> fit_runs, select_runs, sealed_runs;
   std::vector<std::string> remarks;            // plain sentences, for the report

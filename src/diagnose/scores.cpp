@@ -71,7 +71,7 @@ Residuals::Residuals(const Comparison& comparison, const Fit& fit, const std::ve
       const VectorXd part = error.segment(first_[r], own_[r].rows());
       error.segment(first_[r], own_[r].rows()) = part - own_[r] * (own_[r].transpose() * part);
     }
-    if (error.allFinite() && error.norm() > 1e-3) {
+    if (error.allFinite() && error.norm() > 0.3) {
       movable.conservativeResize(Eigen::NoChange, movable.cols() + 1);
       movable.rightCols(1) = error / error.norm() * std::max(1.0, movable.cols() > 1 ? movable.leftCols(movable.cols() - 1).norm() : 1.0);
     }

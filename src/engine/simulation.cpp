@@ -231,12 +231,16 @@ void Simulation::start(bool record_collisions) {
   reference_energy = {ledger.kinetic, ledger.potential};
 }
 
-void Simulation::step() { go_on(1); }
+void Simulation::step() { go_on(1, clock.time_step); }
 
-void Simulation::fly(std::int64_t steps) { go_on(steps); }
+void Simulation::fly(std::int64_t steps) { go_on(steps, static_cast<double>(steps) * clock.time_step); }
 
-void Simulation::go_on(std::int64_t steps) {
-  const double time_step = static_cast<double>(steps) * clock.time_step;
+void Simulation::fly_for(double time) {
+  clock.origin += time;
+  go_on(0, time);
+}
+
+void Simulation::go_on(std::int64_t steps, double time_step) {
   advance_particles(*this, time_step);
   clock.step += steps;
   move_walls();

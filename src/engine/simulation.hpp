@@ -21,7 +21,8 @@ namespace quern {
 struct Clock {
   std::int64_t step = 0;
   double time_step = 0;  // [s]
-  double time() const { return static_cast<double>(step) * time_step; }
+  double origin = 0;     // by which steps of other lengths moved it (Simulation::fly_for) [s]
+  double time() const { return origin + static_cast<double>(step) * time_step; }
 };
 
 inline constexpr std::uint8_t no_law = 255;  // pair kind of materials that cannot meet
@@ -58,6 +59,8 @@ struct Simulation {
   // One step that is as long as `steps` time steps, for a flight through free space: nothing may come to touch on the way (see
   // free_steps). The clock goes on by so many.
   void fly(std::int64_t steps);
+  // One step of another length, up to an instant such as first touch.
+  void fly_for(double time);
 
   // Fills the stored part of the ledger (kinetic, potential) for this instant; step() keeps the rest.
   void measure_energy();
@@ -78,7 +81,7 @@ struct Simulation {
   double extent_of_particles = 0;                // of the box that holds them, as of the last search [m]
 
  private:
-  void go_on(std::int64_t steps);
+  void go_on(std::int64_t steps, double time_step);
   StepContext context() const;
 };
 

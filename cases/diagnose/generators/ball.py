@@ -205,6 +205,8 @@ class Balls:
                 if event.any():
                     level = np.where(comes, self.reach, outer)
                     part, new = self._locate(event, level, y, new, k1, k4, h)
+                    # Forces may jump at the event: the step that leads to it ends with the slope from before.
+                    path.end_with(np.where(event, self.slope(t + h * part, new, near), np.nan))
                 touch = alive & ~self.touched & (comes & (self.reach == 0) | near & (gap1 < 0))
                 if touch.any():
                     path.touch(touch, t + h * part, -new[5])
@@ -213,8 +215,8 @@ class Balls:
                     near_step = np.where(comes, self._near_step(np.maximum(-new[5], 1e-3), contact_steps), near_step)
                     mode = np.where(comes, NEAR, np.where(leaves, FREE, mode))
                     self.touched = self.touched & ~leaves
+                    new[2] = np.where(leaves, q["radius"] + outer - new[U], new[2])  # where the rod's end has given way to
                     new[U] = np.where(leaves, 0.0, new[U])
-                    new[2] = np.where(leaves, q["radius"] + outer, new[2])
                     new[S] = np.where(leaves, 0.0, new[S])
                 self.deepest = np.where(self.touched, np.maximum(self.deepest, q["radius"] - new[2] - new[U]), 0.0)
                 if self.shear != "none":
@@ -277,7 +279,7 @@ def hermite(s, y0, y1, d0, d1):
 
 class Path:
     def __init__(self, lanes):
-        self.t, self.y, self.d, self.deep, self.touch_flag = [], [], [], [], []
+        self.t, self.y, self.d, self.deep, self.touch_flag, self.last = [], [], [], [], [], []
         self.touches = [[] for _ in range(lanes)]       # instants of first touch
         self.touch_speeds = [[] for _ in range(lanes)]
 
@@ -287,6 +289,10 @@ class Path:
         self.d.append(d.copy())
         self.deep.append(deep.copy())
         self.touch_flag.append(touched.copy())
+        self.last.append(None)
+
+    def end_with(self, slope):
+        self.last[-1] = slope
 
     def touch(self, mask, t, speed):
         for lane in np.flatnonzero(mask):
@@ -296,6 +302,10 @@ class Path:
     def close(self):
         self.t, self.y, self.d = np.array(self.t), np.array(self.y), np.array(self.d)
         self.deep, self.touch_flag = np.array(self.deep), np.array(self.touch_flag)
+        self.end = np.concatenate([self.d[1:], self.d[-1:]])  # slope at each step's end
+        for k, slope in enumerate(self.last):
+            if slope is not None:
+                self.end[k] = np.where(np.isnan(slope), self.end[k], slope)
         return self
 
     def at(self, lane, times):
@@ -306,5 +316,5 @@ class Path:
         h = t[i + 1] - t[i]
         s = np.where(h > 0, (times - t[i]) / np.where(h > 0, h, 1), 0.0)
         y, d = self.y[:, :, lane], self.d[:, :, lane]
-        out = hermite(s, y[i].T, y[i + 1].T, h * d[i].T, h * d[i + 1].T)
+        out = hermite(s, y[i].T, y[i + 1].T, h * d[i].T, h * self.end[i, :, lane].T)
         return out, self.deep[i, lane], self.touch_flag[i, lane]

@@ -4,7 +4,7 @@ Lanes: every quantity is an array with one entry per ball that is followed. F > 
 """
 import numpy as np
 from scipy.integrate import solve_ivp
-from scipy.interpolate import PchipInterpolator
+from scipy.interpolate import CubicSpline
 
 SQRT56 = np.sqrt(5.0 / 6.0)
 
@@ -37,7 +37,7 @@ def damping_ratio(law, restitution):
     """beta for which the law measures this restitution (0.14 … 1)."""
     if law not in _TABLE:
         e = linear_restitution(_BETA) if law == "linear" else np.array([hertz_restitution(b) for b in _BETA])
-        _TABLE[law] = PchipInterpolator(-np.log(e), _BETA)
+        _TABLE[law] = CubicSpline(-np.log(e), _BETA)
     loss = -np.log(np.clip(restitution, 0.14, 1.0))
     return _TABLE[law](loss)
 
