@@ -96,11 +96,11 @@ class Collector {
     const double fluid = known("medium.density") ? number("medium.density") : 1.2;
     const double viscosity = known("medium.viscosity") ? number("medium.viscosity") : 1.8e-5;
     if (s_.speed > 0) {
-      const double quadratic = 0.5 * fluid * area * s_.speed * s_.speed;
+      const double quadratic = 0.5 * fluid * area * s_.speed * s_.speed, stokes = 6 * pi * s_.radius * s_.speed;
       single("air_drag", "constant coefficient", "medium.drag_coefficient", 0, 0, 1e4, {0.02 * weight / quadratic, 0.2 * weight / quadratic, 0.47, 0.002 * weight / quadratic});
       if (2 * s_.radius * s_.speed * fluid / viscosity < 1e4 && known("medium.drag"))
         single("air_drag", "Schiller and Naumann's curve", "medium.drag_coefficient", 0, 0, 1e3, {0.1, 1.0}, {{"medium.drag", std::string("schiller_naumann")}});
-      single("viscous_drag", "", "medium.viscous_drag", 0, 0, 1e9, {0.02 * weight / (6 * pi * s_.radius * s_.speed), 0.2 * weight / (6 * pi * s_.radius * s_.speed), 0.002 * weight / (6 * pi * s_.radius * s_.speed)});
+      single("viscous_drag", "", "medium.viscous_drag", 0, 0, 1e9, {0.02 * weight / stokes, 0.2 * weight / stokes, 0.002 * weight / stokes});
     }
     if (s_.gravity > 0) single("buoyancy", "", "medium.buoyancy", 0, 0, 0.98 * s_.density, {0.02 * s_.density, 0.2 * s_.density});
     single("added_mass", "", "medium.added_mass_coefficient", 0, 0, 5 * s_.density / fluid, {0.02 * s_.density / fluid, 0.2 * s_.density / fluid});
@@ -125,8 +125,9 @@ class Collector {
       else single("tangential_compliance", "", key, 1, 0.05, 30, {1.3, 0.7, 4.0});
     }
     if (!(s_.impact_speed > 0)) return;  // it only lies there
+    const bool inside = experiment_.recording().kind == RecordingKind::contact;  // bounces show nothing of the stiffness itself
     const bool inelastic = given(pair + "restitution") && number(pair + "restitution") < 1;
-    if (inelastic && s_.impact_speed > 0) {
+    if (inelastic) {
       // Counted from the middle of the speeds, so that it and the restitution do not stand for one another.
       std::vector<Setting> reference;
       if (!given(pair + "reference_speed")) reference.push_back({pair + "reference_speed", s_.impact_speed});
@@ -141,11 +142,10 @@ class Collector {
       if (law == "hertz_mindlin" || law == "deresiewicz")
         if (Candidate* c = single("plastic_contact", "yielding at a pressure", pair + "yield_pressure", 2 * pressure, 0.01 * pressure, 2 * pressure, {0.8 * pressure, 0.5 * pressure, 0.2 * pressure}))
           c->parameters[0].scale = 0.1 * pressure;
-      // Bounces show nothing of the stiffness itself.
-      const bool inside = experiment_.recording().kind == RecordingKind::contact;
       if (inside) single("nonlinear_stiffness", "hardening", pair + "hardening", 0, -0.9 / s_.overlap, 50 / s_.overlap, {0.05 / s_.overlap, -0.05 / s_.overlap, 0.5 / s_.overlap});
       if (inside) single("nonlinear_stiffness", "another exponent", pair + "stiffness_power", 0, -0.9, 3, {0.05, -0.05, 0.4}, {{pair + "reference_overlap", 0.5 * s_.overlap}});
-      single("adhesion", "", pair + "surface_energy", 0, 0, s_.force / (1.5 * pi * s_.radius), {0.005 * s_.force / (1.5 * pi * s_.radius), 0.05 * s_.force / (1.5 * pi * s_.radius), 2e-4 * s_.force / (1.5 * pi * s_.radius)});
+      const double strongest = s_.force / (1.5 * pi * s_.radius);  // whose pull-off is the greatest force
+      single("adhesion", "", pair + "surface_energy", 0, 0, strongest, {0.005 * strongest, 0.05 * strongest, 2e-4 * strongest});
       const double cube = s_.radius * s_.radius * s_.radius;
       if (known(pair + "bridge_volume") && !given(pair + "bridge_volume")) {
         Candidate c;
@@ -161,7 +161,7 @@ class Collector {
       single("lubrication", "", pair + "film_viscosity", 0, 0, 1e4 * viscosity, {viscosity, 10 * viscosity}, {{pair + "film_thickness", film}, {pair + "film_cutoff", 0.01 * film}});
       single("wave_loss", "", pair + "wave_admittance", 0, 0, 10 * speed / s_.force, {0.01 * speed / s_.force, 0.1 * speed / s_.force});
     }
-    if (experiment_.recording().kind == RecordingKind::contact) single("powder_layer", "", pair + "powder_layers", 0, 0, 30, {0.2, 1, 4});
+    if (inside) single("powder_layer", "", pair + "powder_layers", 0, 0, 30, {0.2, 1, 4});
   }
 
   // Channels, and quantities of three, that were recorded, with the spread of their values.
@@ -197,7 +197,8 @@ class Collector {
       const std::string t = "instrument." + one.target + ".";
       single("sensor_gain", one.target, t + "gain", 1, 0.3, 3, {1.01, 0.95});
       single("sensor_lag", one.target, t + "lag", 0, 0, 0.3 * s_.duration, {0.5 * one.spacing, 3 * one.spacing});
-      if (Candidate* c = single("saturation", one.target, t + "saturation", one.largest * 1.5, 0.1 * one.largest, 1.5 * one.largest, {0.97 * one.largest, one.largest - 3 * one.noise, one.largest - 12 * one.noise, 0.85 * one.largest, 0.6 * one.largest}))
+      if (Candidate* c = single("saturation", one.target, t + "saturation", one.largest * 1.5, 0.1 * one.largest, 1.5 * one.largest,
+                                {0.97 * one.largest, one.largest - 3 * one.noise, one.largest - 12 * one.noise, 0.85 * one.largest, 0.6 * one.largest}))
         c->parameters[0].scale = 0.05 * one.largest;
     }
     if (spacing > 0) single("clock_shift", "", "instrument.clock_shift", 0, -0.3 * s_.duration, 0.3 * s_.duration, {0.3 * spacing, 2 * spacing, -2 * spacing});

@@ -15,6 +15,9 @@ struct RunLinear {
   Eigen::MatrixXd shared;    // ∂ predicted/∂ shared parameters, in their scales
 };
 
+// Just what is left of a run.
+inline RunLinear without_slopes(const Eigen::VectorXd& rest) { return {rest, Eigen::MatrixXd(rest.size(), 0), Eigen::MatrixXd(rest.size(), 0)}; }
+
 struct Fit {
   std::vector<Parameter> moved;                // shared parameters
   std::vector<double> shared;                  // their values

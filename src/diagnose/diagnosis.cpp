@@ -119,7 +119,7 @@ class Investigation {
     std::vector<std::vector<VectorXd>> columns;
     for (const Direction& direction : directions) {
       const auto& column = direction.columns[0];
-      if (std::all_of(column.begin(), column.end(), [](const VectorXd& run) { return run.allFinite(); })) columns.push_back(column);
+      if (is_finite(column)) columns.push_back(column);
     }
     return comparison_.settled_noise(fit, columns);
   }
@@ -208,10 +208,7 @@ class Investigation {
     numerical_.clear();
     Noise normal = d_.baseline.noise;
     for (ChannelNoise& one : normal) one.tail = 1e9;
-    const auto size_of = [&](std::size_t run, const VectorXd& change) {
-      const RunLinear one{change, Eigen::MatrixXd(change.size(), 0), Eigen::MatrixXd(change.size(), 0)};
-      return comparison_.whitened(run, one, normal).rest.squaredNorm();
-    };
+    const auto size_of = [&](std::size_t run, const VectorXd& change) { return comparison_.whitened(run, without_slopes(change), normal).rest.squaredNorm(); };
     const std::vector<VectorXd>& before = comparison_.corrections();
     for (const std::size_t run : d_.baseline.runs) {
       sum += size_of(run, left[run]);
@@ -340,13 +337,18 @@ class Investigation {
     return all;
   }
 
+  static bool is_finite(const std::vector<VectorXd>& runs) {
+    return std::all_of(runs.begin(), runs.end(), [](const VectorXd& run) { return run.allFinite(); });
+  }
+
   // A first probe that is too strong to be simulated is brought nearer to nothing.
-  void soften(Candidate& c) const {
-    for (int tries = 0; tries < 3; ++tries) {
-      const std::vector<VectorXd> shown = response_of(d_.baseline, c, c.probes[0]);
-      if (std::all_of(shown.begin(), shown.end(), [](const VectorXd& run) { return run.allFinite(); })) return;
+  void soften(Direction& direction) {
+    if (direction.probe != 0) return;
+    Candidate& c = candidates_[static_cast<std::size_t>(direction.candidate)];
+    for (int tries = 0; tries < 3 && !is_finite(direction.columns[0]); ++tries) {
       const double nothing = c.parameters[0].value;
       c.probes[0][0] = nothing + 0.1 * (c.probes[0][0] - nothing);
+      direction.columns[0] = response_of(d_.baseline, c, c.probes[0]);
     }
   }
 
@@ -354,9 +356,9 @@ class Investigation {
   void judge_baseline() {
     sizes_ = sizes_of(comparison_, d_.baseline);
     candidates_ = candidates_for(comparison_, d_.baseline, sizes_);
-    for (Candidate& c : candidates_) soften(c);
     reynolds_ = 2 * sizes_.radius * sizes_.speed * experiment_.base().number("medium.density") / experiment_.base().number("medium.viscosity");
     directions_ = directions_about(d_.baseline, {});
+    for (Direction& direction : directions_) soften(direction);
     d_.baseline.noise = noise_about(d_.baseline, directions_);
     d_.baseline = d_.best = comparison_.fit(free_, {}, train_, &d_.baseline, noise_given());
     note("calibrated, under that noise", d_.baseline);
@@ -438,8 +440,9 @@ class Investigation {
         start.shared.push_back(at[k]);
       }
       FitOptions options = noise_given();
-      options.thorough = false;
-      options.most_iterations = 10;
+      // Many numbers at once need true slopes on their way.
+      options.thorough = c.parameters.size() > 2 && !c.free_form;
+      options.most_iterations = options.thorough ? 30 : 15;
       Fit fit = comparison_.fit(moved, settings, train_, &start, options);
       const std::string words = c.effect + (c.form.empty() ? "" : " (" + c.form + ")");
       note(fmt::format("{}, from {:.4g}", words, at[0]), fit);
@@ -561,9 +564,21 @@ class Investigation {
     weigh();
   }
 
+  // Instruments are calibrated: a scale is wrong by some hundredths, not by half.
+  static double strangeness(const Fit& fit) {
+    constexpr double usual = 0.05;
+    double sum = 0;
+    for (std::size_t k = 0; k < fit.moved.size(); ++k)
+      if (fit.moved[k].path.front() == "instrument" && fit.moved[k].path.back() == "gain") {
+        const double off = std::log(fit.shared[k]) / usual;
+        sum += 0.5 * off * off;
+      }
+    return sum;
+  }
+
   void weigh() {
     double most = std::log(prior_none);
-    const auto weight = [&](const Tried& t) { return -0.5 * t.bic + (t.effects.size() > 1 ? std::log(prior_two / effects_count()) : log_prior(t.candidate)); };
+    const auto weight = [&](const Tried& t) { return -0.5 * t.bic - strangeness(t.fit) + (t.effects.size() > 1 ? std::log(prior_two / effects_count()) : log_prior(t.candidate)); };
     for (const Tried& t : d_.ranking) most = std::max(most, weight(t));
     double sum = prior_none * std::exp(-most);
     for (Tried& t : d_.ranking) t.probability = std::exp(weight(t) - most), sum += t.probability;
@@ -583,8 +598,8 @@ class Investigation {
     const Fit there = comparison_.carry_over(part, split_.select);
     note("held out: " + tried.effects.front(), there);
     tried.held_out = comparison_.misfit(there, there.noise);
-    tried.held_out_gain = comparison_.log_likelihood(there, there.noise) - comparison_.log_likelihood(*select_baseline_, there.noise);
     tried.held_out_runs = comparison_.log_likelihoods(there, there.noise);
+    tried.held_out_gain = std::accumulate(tried.held_out_runs.begin(), tried.held_out_runs.end(), 0.0) - comparison_.log_likelihood(*select_baseline_, there.noise);
   }
 
   // Whether one explanation tells the select part better than another, by more than the chance of its runs.
@@ -718,7 +733,7 @@ class Investigation {
         if (!tried) continue;
         tried->effects = {first.candidate.effect, second.effect};
         if (second.rival) {
-          add_beside(first, second, std::move(*tried));
+          if (first.candidate.form.find("beside") == std::string::npos) add_beside(first, second, std::move(*tried));
           continue;
         }
         tried->candidate.settings.insert(tried->candidate.settings.begin(), first.candidate.settings.begin(), first.candidate.settings.end());

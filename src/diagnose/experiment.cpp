@@ -276,7 +276,8 @@ Case Experiment::case_for(std::size_t r, const Alteration& altered, const std::v
 }
 
 // The step is a part of what the law's own collision allows, or the case's own where that is longer: a fit needs thousands of runs, and the difference that
-// finer steps make is taken off and held against the noise. Where the recording is not of the contact itself, a step near the limit serves, and of a body that lies in its contact and does not hit it, a longer one.
+// finer steps make is taken off and held against the noise. Where the recording is not of the contact itself, a step near the limit serves, and a longer one
+// where the body lies in its contact.
 void Experiment::choose_steps() {
   double step = 1e300, longest = 1e300;
   for (std::size_t r = 0; r < runs(); ++r) {

@@ -287,4 +287,23 @@ Recording read_recordings(const std::vector<std::string>& files) {
   return recording;
 }
 
+std::vector<std::size_t> channels_of(const Recording& recording) {
+  std::vector<bool> seen(channel_count);
+  for (const RecordedRun& run : recording.runs)
+    for (const Series& series : run.series) seen[static_cast<std::size_t>(series.channel)] = true;
+  std::vector<std::size_t> channels;
+  for (std::size_t c = 0; c < channel_count; ++c)
+    if (seen[c]) channels.push_back(c);
+  return channels;
+}
+
+double resolution_of(const Recording& recording, Channel channel) {
+  double largest = 0;
+  for (const RecordedRun& run : recording.runs)
+    for (const Series& series : run.series)
+      if (series.channel == channel)
+        for (double y : series.value) largest = std::max(largest, std::abs(y));
+  return 1e-7 * std::max(largest, 1e-12);
+}
+
 }  // namespace quern

@@ -75,4 +75,10 @@ inline constexpr std::array condition_names = {
     ConditionName{"wz0", "rad/s", "at the start"},
 };
 
+// The channels that were recorded, by number.
+std::vector<std::size_t> channels_of(const Recording& recording);
+
+// The finest difference that a channel shows: below it nothing is noise.
+double resolution_of(const Recording& recording, Channel channel);
+
 }  // namespace quern

@@ -91,8 +91,7 @@ Residuals::Residuals(const Comparison& comparison, const Fit& fit, const std::ve
 VectorXd Residuals::stacked(const std::vector<VectorXd>& column) const {
   VectorXd all(rest_.size());
   for (std::size_t r = 0; r < fit_->runs.size(); ++r) {
-    const RunLinear one{column[r], MatrixXd(column[r].size(), 0), MatrixXd(column[r].size(), 0)};
-    all.segment(first_[r], column[r].size()) = comparison_->independent(fit_->runs[r], one, fit_->noise).rest;
+    all.segment(first_[r], column[r].size()) = comparison_->independent(fit_->runs[r], without_slopes(column[r]), fit_->noise).rest;
   }
   return all;
 }

@@ -62,18 +62,8 @@ class Frame:
         self.slopes = [[np.abs(np.gradient(s[c], np.maximum(e.times[r], -1e9))) if noise.jitter else np.zeros(s.shape[1])
                         for c in range(len(e.channels))] for r, s in enumerate(self.base)]
         self.offsets = np.cumsum([0] + [s.size for s in self.base])
-        design, self.labels = [], []
-        for (name, step), sim in zip(self.columns, sims[1:]):
-            parts = [self.white(r, (b - a) / step) for r, (a, b) in enumerate(zip(self.base, sim))]
-            if name in e.init:
-                for r, part in enumerate(parts):
-                    column = np.zeros(self.offsets[-1])
-                    column[self.offsets[r]:self.offsets[r + 1]] = part
-                    design.append(column)
-                    self.labels.append((name, r))
-            else:
-                design.append(np.concatenate(parts))
-                self.labels.append((name, None))
+        self.labels = [(name, r) for name, step in self.columns for r in (range(e.n) if name in e.init else [None])]
+        design = self.sensitivities(sims)
         self.design = np.array(design).T if design else None
         self.basis = self.orthonormal(design)
         self.initial = self.orthonormal(design[len(e.free):])
@@ -165,7 +155,10 @@ class Frame:
         for name, step in self.columns:
             moved = shift + np.array([step if label == name else 0.0 for label, run in self.labels])
             variants.append(self.calibrated(moved))
-        sims = self.e.simulate(variants)
+        return np.array(self.sensitivities(self.e.simulate(variants))).T
+
+    def sensitivities(self, sims):
+        """Whitened, one column a label: of the first signal, towards the others, which are a step of each column away."""
         design = []
         for (name, step), sim in zip(self.columns, sims[1:]):
             parts = [self.white(r, (b - a) / step) for r, (a, b) in enumerate(zip(sims[0], sim))]
@@ -176,7 +169,7 @@ class Frame:
                     design.append(column)
             else:
                 design.append(np.concatenate(parts))
-        return np.array(design).T
+        return design
 
     def calibrated(self, shift):
         """The variant whose free parameters and initial states are off by these."""
