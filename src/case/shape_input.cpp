@@ -12,8 +12,9 @@ namespace quern {
 std::optional<Superquadric> read_shape(const Values& v, const std::string& t) {
   const bool superquadric = v.text(t + ".shape") == "superquadric";
   if (!superquadric) {
-    for (const char* key : {".semi_axes", ".exponents"})
-      if (v.has(t + key)) v.refuse(t + key, "only a superquadric has it; allowed is shape = \"superquadric\" beside it");
+    if (v.has(t + ".semi_axes")) v.refuse(t + ".semi_axes", "only a superquadric has it; allowed is shape = \"superquadric\" beside it");
+    if (v.numbers(t + ".exponents") != std::vector<double>{2, 2})  // the complete case states the default
+      v.refuse(t + ".exponents", "only a superquadric has others than 2, 2; allowed is shape = \"superquadric\" beside it");
     return std::nullopt;
   }
   for (const char* key : {".sizes", ".diameter", ".diameters", ".counts", ".mass_fractions", ".median", ".sigma", ".weight", ".size", ".modulus", ".smallest", ".largest", ".table"})
