@@ -33,17 +33,17 @@ struct Pair {
 
 // φ and its derivatives at one n.
 struct Look {
-  Vec3 n;
+  Vec3 n, n_second;  // in the axes of each body: along a flat face both hold more digits than the turn from one to the other leaves
   double value;
   Vec3 place_first, place_second;  // reached farthest along n, in each body's own axes
   Vec3 mismatch;                   // gradient on the sphere: zero where the deepest places lie on one normal
   Mat3 radii_first, radii_second;  // Hessians, in the first body's axes
 };
 
-Look look(const Pair& pair, const Vec3& n) {
-  const NestedNorm::Second a = pair.first->support.second(n), b = pair.second->support.second(pair.turn * n);
+Look look(const Pair& pair, const Vec3& n, const Vec3& n_second) {
+  const NestedNorm::Second a = pair.first->support.second(n), b = pair.second->support.second(n_second);
   Look at;
-  at.n = n;
+  at.n = n, at.n_second = n_second;
   at.place_first = pair.size_first * a.gradient, at.place_second = pair.size_second * b.gradient;
   at.value = pair.size_first * a.value + pair.size_second * b.value - n.dot(pair.apart);
   at.mismatch = at.place_first + pair.turn.transpose() * at.place_second - pair.apart - at.value * n;
@@ -51,6 +51,15 @@ Look look(const Pair& pair, const Vec3& n) {
   at.radii_first = pair.size_first * a.hessian;
   at.radii_second = pair.size_second * (pair.turn.transpose() * b.hessian * pair.turn);
   return at;
+}
+
+Look look(const Pair& pair, const Vec3& n) { return look(pair, n, pair.turn * n); }
+
+// At another direction, a tangential step away.
+Look step_from(const Pair& pair, const Look& at, const Vec3& step) {
+  constexpr double tiny = 1e-8;  // leaves n of unit length to rounding
+  if (step.squaredNorm() < tiny * tiny) return look(pair, at.n + step, at.n_second + pair.turn * step);
+  return look(pair, (at.n + step).normalized());
 }
 
 Tangents tangents(const Vec3& n) {
@@ -107,7 +116,7 @@ Vec2 bent_step(const Pair& pair, const Look& at, const Tangents& t, const Vec2& 
   Coordinate list[4];
   int count = flat_coordinates(*pair.first, pair.size_first, at.n, at.place_first, at.radii_first, Mat3::Identity(), list);
   const int of_first = count;
-  count += flat_coordinates(*pair.second, pair.size_second, pair.turn * at.n, at.place_second, at.radii_second, pair.turn.transpose(), list + count);
+  count += flat_coordinates(*pair.second, pair.size_second, at.n_second, at.place_second, at.radii_second, pair.turn.transpose(), list + count);
   if (count == 0) return newton;
   const Vec3 turn_n = t * newton, step_first = at.radii_first * turn_n, step_second = at.radii_second * turn_n;
   const auto step = [&](const Coordinate& c) {
@@ -150,11 +159,17 @@ ShapeContact told(const PlacedShape& first, const PlacedShape& second, const Loo
   c.overlap = at.value;
   c.touching = at.value >= 0;
   if (!c.touching) return c;
-  c.on_first = first.centre - first.axes * at.place_first;
-  c.on_second = second.centre + second.axes * at.place_second;
-  c.residual = at.mismatch.norm();
   c.uncertainty = uncertainty;
   const Tangents t = tangents(at.n);
+  // Last of all the places are moved along the surfaces onto one normal: near a flat face a turn of n by its rounding moves them far.
+  const Mat2 bend = t.transpose() * (at.radii_first + at.radii_second) * t - at.value * Mat2::Identity();
+  Vec3 turn_n = -(t * (inverse(bend) * (t.transpose() * at.mismatch)));
+  if (!(turn_n.squaredNorm() < 1e-12)) turn_n.setZero();
+  const Vec3 move_first = at.radii_first * turn_n, move_second = at.radii_second * turn_n;
+  const auto tangential = [&](const Vec3& move) { return Vec3(move - move.dot(at.n) * at.n); };
+  c.residual = tangential(at.mismatch + move_first + move_second).norm();
+  c.on_first = first.centre - first.axes * (at.place_first + tangential(move_first));
+  c.on_second = second.centre + second.axes * at.place_second + first.axes * tangential(move_second);
   c.radius_first = mean_radius(t.transpose() * at.radii_first * t);
   c.radius_second = mean_radius(t.transpose() * at.radii_second * t);
   return c;
@@ -180,7 +195,7 @@ ShapeContact descend(const Pair& pair, const PlacedShape& first, const PlacedSha
     if (slope.norm() <= tolerance) break;
     if (const double size = newton.norm(); size > 0.5) newton *= 0.5 / size;
     const auto better = [&](const Vec2& step, Look& next) {
-      next = look(pair, (at.n + t * step).normalized());
+      next = step_from(pair, at, t * step);
       return next.value < at.value || (next.value <= at.value + rounding && next.mismatch.norm() < 0.5 * at.mismatch.norm());
     };
     Look next;

@@ -55,6 +55,22 @@ Reach climb(const PlacedShape& body, Reach at) {
   return at;
 }
 
+// Where on the way from start to start + way a norm, which is convex, is least, in parts of the way: Newton's method between bounds.
+double least_along(const NestedNorm& norm, const Vec3& start, const Vec3& way) {
+  if (norm.first(start).gradient.dot(way) >= 0) return 0;
+  if (norm.first(start + way).gradient.dot(way) <= 0) return 1;
+  double low = 0, high = 1, along = 0.5;
+  for (int k = 0; k < 60 && high - low > 1e-10; ++k) {
+    const NestedNorm::Second at = norm.second(start + along * way);
+    const double slope = at.gradient.dot(way), bend = way.dot(at.hessian * way);
+    if (slope == 0) break;
+    (slope < 0 ? low : high) = along;
+    const double next = along - slope / bend;
+    along = k % 4 < 3 && next > low && next < high ? next : 0.5 * (low + high);
+  }
+  return along;
+}
+
 }  // namespace
 
 int touch_inside_cylinder(const PlacedShape& body, double radius, ShapeContact* contacts) {
@@ -127,33 +143,38 @@ ShapeContact touch_point(const PlacedShape& body, const Vec3& place) {
   return touch(body, {&ball, 0, place, Mat3::Identity()});
 }
 
-ShapeContact touch_triangle(const PlacedShape& body, const Vec3* corners, const Vec3& normal) {
-  const Vec3 up = normal.dot(body.centre - corners[0]) < 0 ? Vec3(-normal) : normal;
-  ShapeContact face = touch_plane(body, corners[0], up);
-  if (!face.touching) return face;
+ShapeContact touch_edge(const PlacedShape& body, const Vec3& from, const Vec3& to) {
+  const double length = (to - from).norm();
+  const ShapeContact line = touch_line(body, from, (to - from) / length);
+  if (!line.touching) return line;
+  const double along = (line.on_second - from).dot(to - from) / (length * length);
+  if (along >= 0 && along <= 1) return line;
+  const ShapeContact end = touch_point(body, along < 0 ? from : to);
+  return end.touching ? end : line;
+}
+
+DeepestPlace deepest_place(const PlacedShape& body, const Vec3* corners, const Vec3& normal) {
+  const auto own = [&](const Vec3& way) { return Vec3(body.axes.transpose() * way / body.size); };
+  // Of all the plane, by the duality of gauge and support, on the ray to the place that reaches farthest along the normal.
+  const Vec3 from = corners[0] - body.centre;
+  const double distance = normal.dot(from);
+  const NestedNorm::First reach = body.shape->support.first(body.axes.transpose() * normal);
+  const double part = distance / (body.size * reach.value);
+  const Vec3 on_plane = body.centre + part * body.size * (body.axes * reach.gradient);
+  const double tolerance = 1e-9 * body.size * body.shape->volume_radius;
   bool within = true;
   for (int k = 0; k < 3; ++k) {
-    const Vec3 &a = corners[k], &b = corners[(k + 1) % 3];
-    within = within && normal.dot((b - a).cross(face.on_second - a)) >= 0;
+    const Vec3 &a = corners[k], side = corners[(k + 1) % 3] - a;
+    within = within && normal.dot(side.cross(on_plane - a)) >= -tolerance * side.norm();
   }
-  if (within) return face;
-  // Beside the face the body is deepest at an edge; the deepest place of a triangle is the one of least gauge.
-  ShapeContact best;
-  double least = std::numeric_limits<double>::infinity();
-  const auto offer = [&](const ShapeContact& c) {
-    if (!c.touching) return;
-    const double gauge = body.shape->gauge.value(body.axes.transpose() * (c.on_second - body.centre)) / body.size;
-    if (gauge < least) least = gauge, best = c;
-  };
+  if (within) return {on_plane, std::abs(part), -1};
+  DeepestPlace deepest{on_plane, std::numeric_limits<double>::infinity(), 0};
   for (int k = 0; k < 3; ++k) {
-    const Vec3 &a = corners[k], &b = corners[(k + 1) % 3];
-    const double length = (b - a).norm();
-    const ShapeContact line = touch_line(body, a, (b - a) / length);
-    if (!line.touching) continue;
-    const double along = (line.on_second - a).dot(b - a) / (length * length);
-    offer(along < 0 ? touch_point(body, a) : along > 1 ? touch_point(body, b) : line);
+    const Vec3 start = own(corners[k] - body.centre), way = own(corners[(k + 1) % 3] - corners[k]);
+    const double along = least_along(body.shape->gauge, start, way), gauge = body.shape->gauge.value(start + along * way);
+    if (gauge < deepest.gauge) deepest = {corners[k] + along * (corners[(k + 1) % 3] - corners[k]), gauge, k};
   }
-  return best;
+  return deepest;
 }
 
 }  // namespace quern

@@ -17,8 +17,15 @@ ShapeContact touch_outside_cylinder(const PlacedShape& body, double radius);
 ShapeContact touch_line(const PlacedShape& body, const Vec3& place, const Vec3& direction);
 ShapeContact touch_point(const PlacedShape& body, const Vec3& place);
 
-// A triangle, both of whose sides are free: at its face, one of its edges or a corner, wherever it is deepest in the body. `normal`: of
-// its plane.
-ShapeContact touch_triangle(const PlacedShape& body, const Vec3* corners, const Vec3& normal);
+// A straight edge from one place to another.
+ShapeContact touch_edge(const PlacedShape& body, const Vec3& from, const Vec3& to);
+
+// Where a triangle, whose plane has that unit normal, is deepest in a body: the place of least gauge.
+struct DeepestPlace {
+  Vec3 place;
+  double gauge;  // below 1: within the body
+  int edge;      // on which, or at an end of which, it lies: that from this corner to the next; −1: at the face
+};
+DeepestPlace deepest_place(const PlacedShape& body, const Vec3* corners, const Vec3& normal);
 
 }  // namespace quern

@@ -36,29 +36,40 @@ int touch_revolved(const Revolved& r, const PlacedShape& body, ShapeContact* con
 // where a triangle that holds its place has a deeper one.
 int touch_mesh(const Mesh& mesh, const Index* first, const Index* last, const PlacedShape& body, ShapeContact* contacts) {
   struct Near {
-    ShapeContact contact;
-    double gauge;
+    DeepestPlace deepest;
     Index triangle;
   };
-  std::vector<Near> near;
-  const double bound = body.size * body.shape->bounding_radius;
+  thread_local std::vector<Near> near;  // scratch memory that outlives a call
+  near.clear();
+  const auto facet = [&](Index triangle) -> const Facet& { return mesh.facets[static_cast<std::size_t>(triangle)]; };
+  const double bound = body.size * body.shape->bounding_radius, tolerance = 1e-6 * bound;
   for (const Index* t = first; t != last; ++t) {
-    const Facet& f = mesh.facets[static_cast<std::size_t>(*t)];
-    if (f.normal.isZero(0) || (body.centre - f.middle).norm() > bound + f.radius) continue;
-    const ShapeContact c = touch_triangle(body, f.corner, f.normal);
-    if (!c.touching) continue;
-    near.push_back({c, body.shape->gauge.value(body.axes.transpose() * (c.on_second - body.centre)), *t});
+    const Facet& f = facet(*t);
+    if (f.normal.isZero(0) || (body.centre - f.middle).squaredNorm() > (bound + f.radius) * (bound + f.radius)) continue;
+    if (std::abs(f.normal.dot(body.centre - f.corner[0])) > body.size * body.shape->support.value(body.axes.transpose() * f.normal)) continue;
+    const DeepestPlace deepest = deepest_place(body, f.corner, f.normal);
+    if (deepest.gauge <= 1) near.push_back({deepest, *t});
   }
-  std::sort(near.begin(), near.end(), [](const Near& a, const Near& b) { return a.gauge != b.gauge ? a.gauge < b.gauge : a.triangle < b.triangle; });
+  std::sort(near.begin(), near.end(), [](const Near& a, const Near& b) { return a.deepest.gauge != b.deepest.gauge ? a.deepest.gauge < b.deepest.gauge : a.triangle < b.triangle; });
+  // At a face as at its plane, whose contact may lie on a neighbour; where it lies beside the mesh, at the deepest place.
+  const auto contact_of = [&](const Near& at) {
+    const Facet& f = facet(at.triangle);
+    const int edge = at.deepest.edge;
+    if (edge >= 0) return touch_edge(body, f.corner[edge], f.corner[(edge + 1) % 3]);
+    ShapeContact c = touch_plane(body, f.corner[0], f.normal.dot(body.centre - f.corner[0]) < 0 ? Vec3(-f.normal) : f.normal);
+    if (std::none_of(near.begin(), near.end(), [&](const Near& other) { return lies_on(mesh, other.triangle, c.on_second, tolerance); }))
+      c.on_second = at.deepest.place, c.on_first = c.on_second - c.overlap * c.normal;
+    return c;
+  };
   constexpr double one_degree = 1 - 1.5230484360873042e-4;
-  const double tolerance = 1e-6 * bound;
   int count = 0;
   for (std::size_t k = 0; k < near.size() && count < most_places; ++k) {
     bool deepest = true;
-    for (std::size_t j = 0; j < k && deepest; ++j)
-      deepest = !lies_on(mesh, near[j].triangle, near[k].contact.on_second, tolerance) || (near[j].contact.on_second - near[k].contact.on_second).norm() < tolerance;
-    for (int c = 0; c < count && deepest; ++c) deepest = contacts[c].normal.dot(near[k].contact.normal) < one_degree;
-    if (deepest) contacts[count++] = near[k].contact;
+    for (std::size_t j = 0; j < k && deepest; ++j) deepest = !lies_on(mesh, near[j].triangle, near[k].deepest.place, tolerance);
+    if (!deepest) continue;
+    const ShapeContact contact = contact_of(near[k]);
+    for (int c = 0; c < count && deepest; ++c) deepest = contacts[c].normal.dot(contact.normal) < one_degree;
+    if (deepest) contacts[count++] = contact;
   }
   return count;
 }
