@@ -7,6 +7,7 @@
 #include "src/case/effects_input.hpp"
 #include "src/case/insertion.hpp"
 #include "src/case/reading.hpp"
+#include "src/case/shape_input.hpp"
 #include "src/contact/linearize.hpp"
 #include "src/contact/restitution.hpp"
 #include "src/wall/mesh_shapes.hpp"
@@ -90,9 +91,9 @@ void make_laws(const Case& c, Simulation& s) {
   }
 }
 
-double bulk_volume(const Particles& particles) {
+double bulk_volume(const Simulation& s) {
   double sum = 0;
-  for (Index i = 0; i < particles.owned; ++i) sum += 4.0 / 3.0 * std::numbers::pi * std::pow(particles.radius(i), 3);
+  for (Index i = 0; i < s.particles.owned; ++i) sum += ball_volume(s.solid_radius(i));
   return sum / (1 - bulk_porosity);
 }
 
@@ -329,10 +330,11 @@ Built build_case(const Case& given) {
   built.bodies = insert_particles(c, s);
   if (c.planetary && c.planetary->axes == PlanetaryMill::Axes::disc) turn_with_disc(*c.planetary, s);
   make_laws(c, s);
+  refuse_unfit_for_shapes(c, s);
   choose_time_step(c, built);
   if (!c.looked_at) warn_of_soft_contacts(built);
   fill_observers(c, built);
-  if (const double space = mill_volume(c); space > 0) built.filling = bulk_volume(s.particles) / space;
+  if (const double space = mill_volume(c); space > 0) built.filling = bulk_volume(s) / space;
   return built;
 }
 

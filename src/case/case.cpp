@@ -10,6 +10,7 @@
 #include "src/case/medium_input.hpp"
 #include "src/case/mill_input.hpp"
 #include "src/case/reading.hpp"
+#include "src/case/shape_input.hpp"
 
 namespace quern {
 namespace {
@@ -252,6 +253,8 @@ InsertCase read_insert(const Values& v, const std::string& name, const Case& c, 
                                 {cell("vx", insert.velocity.x()), cell("vy", insert.velocity.y()), cell("vz", insert.velocity.z())},
                                 {cell("wx", insert.spin.x()), cell("wy", insert.spin.y()), cell("wz", insert.spin.z())},
                                 cell("diameter", 0)});
+        if (table.find("diameter") && !insert.agglomerate && c.species[insert.species].shape)
+          v.refuse(t + ".file", fmt::format("found a column diameter in {}; a superquadric has the size of its semi_axes, allowed is no such column", file));
         if (table.find("diameter") && !(insert.balls.back().diameter > 0)) v.refuse(t + ".file", fmt::format("found the diameter {} in {}; allowed is more than 0 m", insert.balls.back().diameter, file));
       }
     }
@@ -370,10 +373,13 @@ Case case_of(const Values& v) {
   for (const std::string& name : species) {
     const std::string t = "species." + name;
     const std::uint8_t material = index_of(v, t + ".material", materials, "material");
-    c.species.push_back({name, material, v.number_if(t + ".density").value_or(c.materials[material].density), read_sizes(v, t)});
+    const std::optional<Superquadric> shape = read_shape(v, t);
+    c.species.push_back({name, material, v.number_if(t + ".density").value_or(c.materials[material].density),
+                         shape ? SizeDistribution::mono(2 * shape->bounding_radius) : read_sizes(v, t), shape});
   }
 
   read_agglomerates(v, c);
+  refuse_shaped_grains(v, c);
   read_mill(v, materials, c);
   read_medium(v, c);
   read_forces(v, c);

@@ -9,6 +9,7 @@
 #include "mills/planetary.hpp"
 #include "mills/stirred.hpp"
 #include "mills/tumbling.hpp"
+#include "shapes/superquadric.hpp"
 #include "src/base/domain.hpp"
 #include "src/contact/laws.hpp"
 #include "src/field/fields.hpp"
@@ -51,7 +52,8 @@ struct SpeciesCase {
   std::string name;
   std::uint8_t material = 0;
   double density = 0;  // [kg/m³]
-  SizeDistribution sizes;
+  SizeDistribution sizes;                  // of a superquadric: the ball that holds it
+  std::optional<Superquadric> shape = {};  // none: a sphere
 };
 
 // A part that an STL file has instead of numbers.

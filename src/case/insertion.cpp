@@ -5,6 +5,7 @@
 #include "src/base/error.hpp"
 #include "src/case/bodies.hpp"
 #include "src/case/reading.hpp"
+#include "src/case/shape_input.hpp"
 #include "src/particle/packing.hpp"
 
 namespace quern {
@@ -50,14 +51,24 @@ std::vector<Quad> those_in(const PlanetaryMill& mill, int vial, const std::vecto
 }
 
 void refuse_overlaps(const InsertCase& insert, double allowed, const Simulation& s) {
-  const double overlap = largest_overlap(s.particles.position, s.walls, s.domain);
+  std::vector<Quad> balls;
+  for (std::size_t i = 0; i < s.particles.position.size(); ++i)
+    if (s.particles.shape.empty() || s.particles.shape[i] == 0) balls.push_back(s.particles.position[i]);
+  const double overlap = std::max(largest_overlap(balls, s.walls, s.domain), largest_shape_overlap(s));
   if (overlap > allowed)
     refuse(insert.where, "insert." + insert.name, fmt::format("found particles that overlap each other or a wall by {:.3g} of the smaller radius at the start; allowed is {}", overlap, allowed > tolerated_overlap ? fmt::format("{:g} (allowed_overlap)", allowed) : "none"));
 }
 
-Portion portion_of(const Case& c, const InsertCase& insert) {
+Portion portion_of(const Case& c, const InsertCase& insert, double reference_volume) {
   const SpeciesCase& species = c.species[insert.species];
-  return {insert.species, species.density, species.sizes, insert.count, insert.mass, insert.filling};
+  Portion portion{insert.species, species.density, species.sizes, insert.count, insert.mass, insert.filling};
+  if (!species.shape) return portion;
+  // Placed as the balls that hold them; their amount is that of the bodies themselves.
+  const double volume = species.shape->volume;
+  if (insert.mass > 0) portion.count = std::llround(insert.mass / (species.density * volume));
+  if (insert.filling > 0) portion.count = std::llround(insert.filling * reference_volume * (1 - bulk_porosity) / volume);
+  portion.mass = portion.filling = 0;
+  return portion;
 }
 
 Mat3 rotation_by(const Vec3& turn) {
@@ -93,6 +104,10 @@ std::vector<std::pair<std::string, BodyReport>> insert_particles(const Case& c, 
         bodies.add(*insert.agglomerate, ball.position, rotation_by(insert.turn), ball.velocity, ball.spin);
         continue;
       }
+      if (c.species[insert.species].shape) {
+        add_shape(s, c, insert.species, ball.position, rotation_by(insert.turn), ball.velocity, ball.spin);
+        continue;
+      }
       const double diameter = ball.diameter > 0 ? ball.diameter : c.species[insert.species].sizes.sample(random);
       add_ball(s, c, insert.species, ball.position, diameter, ball.velocity, ball.spin);
     }
@@ -115,7 +130,7 @@ std::vector<std::pair<std::string, BodyReport>> insert_particles(const Case& c, 
       if (done[other] || !same_place(first, insert)) continue;
       done[other] = true;
       contents.push_back(&insert);
-      request.portions.push_back(insert.agglomerate ? bodies.portion(insert, request.reference_volume) : portion_of(c, insert));
+      request.portions.push_back(insert.agglomerate ? bodies.portion(insert, request.reference_volume) : portion_of(c, insert, request.reference_volume > 0 ? request.reference_volume : volume(region_of(first, c, 0))));
       request.portions.back().species = static_cast<std::uint8_t>(contents.size() - 1);
     }
     const bool in_vials = c.planetary && first.shape == InsertCase::Shape::mill;
@@ -133,6 +148,7 @@ std::vector<std::pair<std::string, BodyReport>> insert_particles(const Case& c, 
           const Vec3 velocity = first.velocity + disc.speed * disc.axis.cross(packing.position[i] - disc.centre), spin = first.spin + disc.speed * disc.axis;
           const InsertCase& insert = *contents[packing.species[i]];
           if (insert.agglomerate) bodies.add(*insert.agglomerate, packing.position[i], any_rotation(random), velocity, spin);
+          else if (c.species[insert.species].shape) add_shape(s, c, insert.species, packing.position[i], any_rotation(random), velocity, spin);
           else add_ball(s, c, insert.species, packing.position[i], packing.diameter[i], velocity, spin);
         }
       } catch (const InputError& e) {

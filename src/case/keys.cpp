@@ -76,6 +76,9 @@ constexpr Key table[] = {
     // Species and their sizes
     {"species.<name>.material", name, "", "required", any, "", "Material of its particles", ""},
     {"species.<name>.density", number, "kg/m3", "", positive, "", "Density; default: of the material", ""},
+    {"species.<name>.shape", word, "", "\"sphere\"", any, "sphere superquadric", "Shape of its particles", ""},
+    {"species.<name>.semi_axes", vector, "m", "", positive, "", "superquadric, which has these instead of a size distribution: a, b, c in (|x/a|^n2 + |y/b|^n2)^(n1/n2) + |z/c|^n1 = 1", "Barr 1981; Jaklič et al. 2000"},
+    {"species.<name>.exponents", numbers, "1", "[2, 2]", {2, 20}, "", "superquadric: n1, n2; 2, 2 is an ellipsoid, larger ones are boxier", "Barr 1981; Jaklič et al. 2000"},
     {"species.<name>.sizes", word, "", "", any, "mono list lognormal rosin_rammler table", "Kind of size distribution; default: told by the keys that are given", ""},
     {"species.<name>.diameter", number, "m", "", positive, "", "mono: diameter", ""},
     {"species.<name>.diameters", numbers, "m", "", positive, "", "list: the diameters", ""},
@@ -194,7 +197,7 @@ constexpr Key table[] = {
     // What is put in
     {"insert.<name>.species", name, "", "", any, "", "What is inserted: particles of this species", ""},
     {"insert.<name>.agglomerate", name, "", "", any, "", "What is inserted, instead of a species: bonded bodies of this kind", ""},
-    {"insert.<name>.turn", vector, "rad", "[0, 0, 0]", any, "", "list of agglomerates: by which they are turned, a vector along the axis whose length is the angle; packed and raining ones are turned at random", ""},
+    {"insert.<name>.turn", vector, "rad", "[0, 0, 0]", any, "", "list of agglomerates or superquadrics: by which they are turned, a vector along the axis whose length is the angle; packed and raining ones are turned at random", ""},
     {"insert.<name>.method", word, "", "", any, "packing rain list", "packing: dense, from the bottom; rain: at random, dilute; list: at given places. Default: list where positions or a file are given, otherwise packing", ""},
     {"insert.<name>.count", whole, "1", "", {1, 2e9}, "", "Number of particles or agglomerates; in a planetary mill: in each vial", ""},
     {"insert.<name>.mass", number, "kg", "", positive, "", "Mass of particles; in a planetary mill: in each vial", ""},

@@ -12,7 +12,7 @@ MillCharge charge_of(const Case& c, const Built& built) {
   double mass = 0, solid = 0;
   for (Index i = 0; i < balls.owned; ++i) {
     mass += balls.mass(i);
-    solid += 4.0 / 3.0 * std::numbers::pi * std::pow(balls.radius(i), 3);
+    solid += ball_volume(built.simulation.solid_radius(i));
   }
   MillCharge charge;
   charge.diameter = c.mill->diameter;

@@ -27,7 +27,8 @@ constexpr Entry laws[] = {
     {"linearized", "The linear equivalent of a power law for a typical impact. Restitution follows from k' and q'", "Mishra & Murty 2001, eqs. 23–24"},
 };
 
-constexpr Entry shapes[] = {{"sphere", "species.<name>.diameter, or a size distribution", ""}};
+constexpr Entry shapes[] = {{"sphere", "species.<name>.diameter, or a size distribution", ""},
+                            {"superquadric", "species.<name>.semi_axes and exponents: ellipsoids, rounded boxes and cylinders", "Barr 1981"}};
 
 constexpr Entry mills[] = {{"tumbling", "A drum about its axis, with lifters and end walls or as a slice of an endless mill", ""},
                           {"planetary", "Vials that turn on a turning disc: any speed ratio, axes upright, lying or like spokes, cylinders or STL", ""},

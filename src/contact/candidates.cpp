@@ -136,9 +136,10 @@ void find_candidates(const SearchRequest& request, const std::vector<KeptContact
   for (CandidateList& list : block.candidates) {
     for (std::vector<Index>* indices : {&list.first, &list.second, &list.slot}) indices->clear();
     list.overlap_at_rest.clear();
+    list.guess.clear();
     list.count = 0;
   }
-  const std::size_t pair_kinds = block.walls.size();  // lists beyond these are of pairs with an overlap at rest
+  const std::size_t pair_kinds = block.walls.size();  // lists beyond these are of pairs with an overlap at rest, or of other shapes
   std::size_t next = 0;       // of `kept`
   std::size_t next_bond = 0;  // of `bonds`
   for (Index i = block.first; i < block.last; ++i) {
@@ -162,7 +163,10 @@ void find_candidates(const SearchRequest& request, const std::vector<KeptContact
       for (std::size_t b = first_bond; b < next_bond; ++b)
         if (bonds[b].high == other.row && bonds[b].overlap > 0) rests = &bonds[b];
       if (rests) kind += pair_kinds;
+      const bool shaped = block.shapes && (particles.shape[at(i)] | particles.shape[at(other.row)]) != 0;
+      if (shaped) kind += pair_kinds;
       CandidateList& list = block.candidates[kind];
+      if (shaped) list.guess.push_back(slot < 0 ? Quad{} : block.shaped[at(slot)]);
       if (rests) list.overlap_at_rest.push_back(rests->overlap);
       list.first.push_back(4 * (i - block.first));
       list.second.push_back(4 * local);
@@ -182,6 +186,7 @@ void find_candidates(const SearchRequest& request, const std::vector<KeptContact
     list.second.resize(list.second.size() + list_padding, 0);
     list.slot.resize(list.slot.size() + list_padding, -1);
     if (!list.overlap_at_rest.empty()) list.overlap_at_rest.resize(list.slot.size(), 0);
+    if (!list.guess.empty()) list.guess.resize(list.slot.size());
   }
   for (BondBatch& batch : block.bonds.batches)
     for (Index* offsets : {batch.first, batch.second})

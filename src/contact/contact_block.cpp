@@ -7,6 +7,7 @@ Index ContactBlock::take_slot() {
     sliding.emplace_back();
     if (rolls) rolling.emplace_back();
     if (remembers) effects.resize(2 * sliding.size());
+    if (shapes) shaped.emplace_back();
     if (records) record.emplace_back();
     return static_cast<Index>(sliding.size()) - 1;
   }
@@ -16,6 +17,7 @@ Index ContactBlock::take_slot() {
   sliding[at] = {};
   if (rolls) rolling[at] = {};
   if (remembers) effects[2 * at] = effects[2 * at + 1] = {};
+  if (shapes) shaped[at] = {};
   if (records) record[at] = {};
   return s;
 }

@@ -62,12 +62,25 @@ struct CandidateList {
   std::vector<Index> first, second;  // offsets; `first` is the block's own and ascends
   std::vector<Index> slot;           // into the memory of contacts; −1: not touching
   std::vector<double> overlap_at_rest;  // empty, or where each contact begins: pairs that were bonded while they overlapped [m]
+  std::vector<Quad> guess;           // empty, or of pairs in which one is no sphere: the normal of a contact or of a plane between them; 0: none known
   Index count = 0;                   // the vectors are longer by padding
 
   template <class A>
   void archive(A& a) {
-    a(first, second, slot, overlap_at_rest, count);
+    a(first, second, slot, overlap_at_rest, guess, count);
   }
+};
+
+// A contact of a particle that is no sphere with another one or with a wall, ready for the force kernel, and its answer.
+struct ShapeTouch {
+  Quad normal;           // from j, or the wall, to i; companion: overlap [m]
+  Quad arm_i, arm_j;     // from the centres, or the wall's origin, to the contact [m]; companions: R* [m], m* [kg]
+  Quad velocity;         // of i relative to j there [m/s]
+  Quad spin_difference;  // ω_i − ω_j [rad/s]
+  Quad spin_sum;         // ω_i + ω_j [rad/s]
+  Quad force, moment;    // on i [N]; rolling moment on i [N m]
+  Index first, second;   // rows of the workspace; for a wall: row of the particle arrays, wall
+  Index slot;            // of the memory
 };
 
 // Touching contacts of particles and walls, of one pair kind, in this step.
@@ -121,7 +134,7 @@ inline constexpr Index list_padding = 8;
 
 struct ContactBlock {
   Index first = 0, last = 0;               // rows of the particle arrays
-  std::vector<CandidateList> candidates;   // by pair kind; then, where any pair has an overlap at rest, those pairs by pair kind
+  std::vector<CandidateList> candidates;   // by pair kind; then, where any pair has an overlap at rest or is of other shapes, those pairs by pair kind
   std::vector<HaloRow> halo;               // grouped by block, ascending
   std::vector<Load> load;                  // on the block's own particles, on its halo, and on the two idle ones, in this step
   std::vector<Incoming> incoming;          // whose halo holds particles of this block, in the order of the blocks
@@ -135,16 +148,19 @@ struct ContactBlock {
   std::vector<Index> wall_slots;      // slots of this step's wall touches, in the order of the candidates
   std::vector<Quad> wall_normals;     // their normals, by which a touch finds its memory again
   std::vector<ActiveList> walls;      // by pair kind
+  std::vector<std::vector<ShapeTouch>> shape_walls;  // the same of particles that are no spheres; empty unless there are any
 
   // What touching contacts remember, by slot: a spring and its energy. Row 0 is scratch, for the idle lanes of a SIMD batch.
   std::vector<Quad> sliding;
   std::vector<Quad> rolling;          // empty unless `rolls`
   std::vector<Quad> effects;          // two rows to a slot, see Remembered; empty unless `remembers`
+  std::vector<Quad> shaped;           // normal at the last step, companion: R*, kept from first touch [m]; empty unless `shapes`
   std::vector<CollisionRecord> record;  // empty unless `records`
   std::vector<Index> free_slots;
   bool rolls = false;                 // whether any pair has rolling resistance
   bool remembers = false;             // whether any pair has effects beyond its law
   bool records = false;               // whether collisions are written down
+  bool shapes = false;                // whether any particle is no sphere
 
   std::vector<WallSums> wall_sums;    // by wall
   std::vector<Collision> collisions;  // ended in this step

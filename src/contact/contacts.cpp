@@ -28,7 +28,7 @@ Triple<double> wrap_positions(Particles& particles, const Domain& domain) {
   return moved;
 }
 
-std::vector<ContactBlock> empty_blocks(const Contacts& contacts, Index particles, std::size_t pair_kinds, std::size_t walls, bool overlaps_at_rest) {
+std::vector<ContactBlock> empty_blocks(const Contacts& contacts, Index particles, std::size_t pair_kinds, std::size_t walls, bool two_lists) {
   const Index count = std::max<Index>(1, (particles + contacts.block_size - 1) / contacts.block_size);
   std::vector<ContactBlock> blocks(at(count));
   for (Index b = 0; b < count; ++b) {
@@ -38,9 +38,11 @@ std::vector<ContactBlock> empty_blocks(const Contacts& contacts, Index particles
     block.records = contacts.records;
     block.rolls = contacts.rolls;
     block.remembers = contacts.remembers;
+    block.shapes = contacts.shapes;
     block.take_slot();  // the scratch row
-    block.candidates.resize(overlaps_at_rest ? 2 * pair_kinds : pair_kinds);
+    block.candidates.resize(two_lists ? 2 * pair_kinds : pair_kinds);
     block.walls.resize(pair_kinds);
+    if (block.shapes) block.shape_walls.resize(pair_kinds);
     block.wall_sums.resize(walls);
   }
   return blocks;
@@ -114,7 +116,7 @@ Triple<double> search_neighbours(Contacts& contacts, Particles& particles, Bonds
       for (Index row = 0; row < particles.size(); ++row) new_row[at(order[at(row)])] = row;
     }
     contacts.block_size = block_size;
-    std::vector<ContactBlock> fresh = empty_blocks(contacts, particles.owned, kinds.count, walls, overlap_at_rest(bonds));
+    std::vector<ContactBlock> fresh = empty_blocks(contacts, particles.owned, kinds.count, walls, contacts.shapes || overlap_at_rest(bonds));
     kept = move_contacts(contacts.blocks, fresh, block_size, new_row);
     contacts.blocks = std::move(fresh);
   } else {

@@ -11,6 +11,7 @@ struct Contacts {
   bool records = false;         // whether collisions are written down
   bool rolls = false;           // whether any pair has rolling resistance
   bool remembers = false;       // whether any pair has effects beyond its law
+  bool shapes = false;          // whether any particle is no sphere
   double reach = 0;             // beyond touch, of the pair that reaches farthest [m]
   double skin = 0;              // candidate pairs are nearer than this beyond reach [m]
   double wall_skin = 0;         // and particles and walls nearer than this [m]

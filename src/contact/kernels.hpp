@@ -7,6 +7,7 @@
 namespace quern {
 
 struct CellGrid;
+struct Superquadric;
 struct Workspace;
 
 // What every kernel reads.
@@ -20,6 +21,7 @@ struct StepContext {
   double ahead;                   // half the next step [s]
   double time;                    // at the end of the step [s]
   double path;                    // by which a particle may have come nearer to a wall since the search [m]
+  const Superquadric* shapes;     // by the index that particles have
 };
 
 // What a neighbour search finds for one particle.
@@ -48,6 +50,8 @@ struct Kernels {
   // a slot; those that parted end.
   void (*pair_forces)(const StepContext&, const PairLaw&, CandidateList&, ContactBlock&, Workspace&);
   void (*wall_forces)(const StepContext&, const PairLaw&, const ActiveList&, ContactBlock&);
+  // The answers to contacts of other shapes than spheres; updates their memory and the block's sums.
+  void (*shape_forces)(const StepContext&, const PairLaw&, ShapeTouch*, Index count, ContactBlock&);
   // Adds the forces of the block's bonds to its loads; bonds that fail are noted in block.bonds.failures and pull no more.
   void (*bond_forces)(const StepContext&, ContactBlock&, Workspace&);
   // Appends the particles nearer to particle i than touching by the skin, of greater rows than its own, to `found` (see

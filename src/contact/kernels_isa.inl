@@ -120,6 +120,47 @@ void wall_forces(const StepContext& step, const PairLaw& pair, const ActiveList&
   std::visit([&](const auto& law) { wall_forces_of(step, law, pair.rolling, list, block); }, pair.law);
 }
 
+template <class Law>
+void shape_forces_of(const StepContext& step, const Law& law, const Rolling& rolling, ShapeTouch* touches, Index count, ContactBlock& block) {
+  const Springs springs(block);
+  Sums sums;
+  for (Index at = 0; at < count; at += lanes) {
+    const int used = count - at < lanes ? count - at : lanes;
+    // A short last batch repeats its last contact, with the scratch row for memory.
+    const auto touch = [&](int k) -> ShapeTouch& { return touches[at + (k < used ? k : used - 1)]; };
+    const auto rows = [&](Quad ShapeTouch::*part) { return gather_rows([&](int k) { return &(touch(k).*part).x; }); };
+    alignas(32) Index slot[lanes];
+    for (int k = 0; k < lanes; ++k) slot[k] = k < used ? touch(k).slot : 0;
+    const QuadPack normal = rows(&ShapeTouch::normal);
+    Bodies b;
+    b.normal = normal.xyz();
+    b.overlap = normal.w;
+    b.effective_radius = rows(&ShapeTouch::arm_i).w;
+    b.contact_radius = square_root(b.effective_radius * b.overlap);
+    b.effective_mass = rows(&ShapeTouch::arm_j).w;
+    b.inverse_mass = Pack(1.0) / b.effective_mass;
+    b.relative_velocity = rows(&ShapeTouch::velocity).xyz();
+    b.spin_difference = rows(&ShapeTouch::spin_difference).xyz();
+    b.spin_sum = rows(&ShapeTouch::spin_sum).xyz();
+    Encounter met;
+    carry(step, b, springs, slot, met);
+    Answer a;
+    answer(law, rolling, b, met, springs, slot, a);
+    sums.add(a, used);
+    const Pack zero(0.0);
+    alignas(64) Quad force[lanes], moment[lanes];
+    scatter_rows({a.force.x, a.force.y, a.force.z, zero}, [&](int k) { return &force[k].x; });
+    scatter_rows({a.moment.x, a.moment.y, a.moment.z, zero}, [&](int k) { return &moment[k].x; });
+    for (int k = 0; k < used; ++k) touch(k).force = force[k], touch(k).moment = moment[k];
+    if (block.records) write_down(step, met, a, block.record.data(), slot, used);
+  }
+  sums.flush(block.sums);
+}
+
+void shape_forces(const StepContext& step, const PairLaw& pair, ShapeTouch* touches, Index count, ContactBlock& block) {
+  std::visit([&](const auto& law) { shape_forces_of(step, law, pair.rolling, touches, count, block); }, pair.law);
+}
+
 void load_block(const StepContext& step, ContactBlock& block, Workspace& work) {
   const Particles& p = *step.particles;
   const auto first = static_cast<std::size_t>(block.first), own = static_cast<std::size_t>(block.size());
@@ -260,6 +301,6 @@ void find_near(const Domain& domain, const CellGrid& grid, const Quad& centre, d
 
 #define QUERN_TEXT(x) #x
 #define QUERN_NAME(x) QUERN_TEXT(x)
-const Kernels kernels{QUERN_NAME(QUERN_ISA), advance, turn, correct, load_block, pair_forces, wall_forces, bond_forces, find_near};
+const Kernels kernels{QUERN_NAME(QUERN_ISA), advance, turn, correct, load_block, pair_forces, wall_forces, shape_forces, bond_forces, find_near};
 
 }  // namespace quern::QUERN_ISA

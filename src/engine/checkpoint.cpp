@@ -18,7 +18,7 @@ namespace quern {
 namespace {
 
 constexpr char magic[8] = {'q', 'u', 'e', 'r', 'n', 'c', 'k', 'p'};
-constexpr std::uint32_t version = 10;
+constexpr std::uint32_t version = 11;
 
 struct Header {
   char magic[8];
@@ -44,17 +44,17 @@ std::string preamble(const std::string& identity, std::uint64_t length) {
 template <class Archive>
 void archive_block(Archive& a, ContactBlock& b) {
   a(b.first, b.last, b.candidates, b.bonds, b.halo, b.wall_candidates, b.triangles, b.wall_slots, b.wall_normals, b.sliding, b.rolling, b.effects,
-    b.record, b.free_slots, b.rolls, b.remembers, b.records);
+    b.shaped, b.record, b.free_slots, b.rolls, b.remembers, b.records, b.shapes);
 }
 
 template <class Archive>
 void archive_contacts(Archive& a, Contacts& c) {
-  a(c.block_size, c.records, c.rolls, c.skin, c.wall_skin, c.motion, c.travelled, c.wall_travelled, c.searches, c.steps_since_search, c.ended, c.sums, c.wall_sums);
+  a(c.block_size, c.records, c.rolls, c.shapes, c.skin, c.wall_skin, c.motion, c.travelled, c.wall_travelled, c.searches, c.steps_since_search, c.ended, c.sums, c.wall_sums);
 }
 
 template <class Archive>
 void archive_particles(Archive& a, Particles& p) {
-  a(p.position, p.velocity, p.spin, p.acceleration, p.angular_acceleration, p.material, p.species, p.id, p.orientation, p.owned);
+  a(p.position, p.velocity, p.spin, p.acceleration, p.angular_acceleration, p.material, p.species, p.id, p.orientation, p.shape, p.momentum, p.inertia, p.owned);
 }
 
 // The line in which two cases differ first, in a few words.
@@ -135,6 +135,7 @@ void archive_state(ArchiveReader& a, Simulation& s) {
     archive_block(a, block);
     block.load.resize(static_cast<std::size_t>(block.size()) + block.halo.size() + 2);
     block.walls.resize(s.pair_laws.size());
+    if (block.shapes) block.shape_walls.resize(s.pair_laws.size());
     block.wall_sums.resize(s.walls.size());
   }
   link_halos(s.contacts.blocks, s.contacts.block_size);

@@ -28,7 +28,7 @@ double gap_to(const Wall& wall, const Vec3& centre, double radius, double reach)
 }
 
 std::int64_t free_steps(const Simulation& s, std::int64_t most) {
-  if (most <= 1 || s.domain.periodic()) return 1;
+  if (most <= 1 || s.domain.periodic() || !s.shapes.empty()) return 1;
   std::int64_t steps = most;
   const auto own = static_cast<std::size_t>(s.particles.owned);
   for (std::size_t i = 0; i < own; ++i) {

@@ -4,7 +4,9 @@
 #include <cmath>
 #include <fmt/format.h>
 #include "src/base/error.hpp"
+#include "src/contact/shape_contacts.hpp"
 #include "src/contact/workspace.hpp"
+#include "src/particle/turning.hpp"
 
 namespace quern {
 namespace {
@@ -34,8 +36,11 @@ void advance_particles(Simulation& s, double time_step) {
   moved.resize(s.contacts.blocks.size());
   s.team->run(static_cast<int>(moved.size()), [&](int b) {
     const ContactBlock& block = s.contacts.blocks[static_cast<std::size_t>(b)];
+    std::vector<Quad> before;
+    if (s.contacts.shapes) before.assign(s.particles.orientation.begin() + block.first, s.particles.orientation.begin() + block.last);
     if (!s.particles.orientation.empty()) s.kernels->turn(s.particles, block.first, block.last, time_step);
     moved[static_cast<std::size_t>(b)] = s.kernels->advance(s.particles, block.first, block.last, time_step);
+    if (s.contacts.shapes) turn_shapes(s.particles, block.first, block.last, before.data(), time_step);
   });
   double largest = 0;
   for (double m : moved) {
@@ -54,6 +59,14 @@ void search(Simulation& s) {
               [&](int b) { find_wall_candidates(s.walls, s.particles, s.contacts.wall_skin + s.contacts.reach, s.contacts.blocks[static_cast<std::size_t>(b)]); });
 }
 
+void find_shape_forces(Simulation& s, const StepContext& context, ContactBlock& block, Workspace& work) {
+  const std::size_t kinds = s.pair_laws.size();
+  for (std::size_t kind = 0; kind < kinds; ++kind) {
+    shape_pair_forces(context, *s.kernels, s.pair_laws[kind], block.candidates[kinds + kind], block, work);
+    shape_wall_forces(context, *s.kernels, s.pair_laws[kind], block.shape_walls[kind], block);
+  }
+}
+
 void find_forces(Simulation& s, const StepContext& context, ContactBlock& block) {
   thread_local Workspace work;  // scratch memory that outlives a call
   block.sums = {};
@@ -63,11 +76,12 @@ void find_forces(Simulation& s, const StepContext& context, ContactBlock& block)
   s.kernels->load_block(context, block, work);
   find_wall_touches(context, s.walls, block);
   const std::size_t kinds = s.pair_laws.size();
+  if (block.shapes) find_shape_forces(s, context, block, work);
   for (std::size_t kind = 0; kind < kinds; ++kind) {
     if (block.candidates[kind].count > 0) s.kernels->pair_forces(context, s.pair_laws[kind], block.candidates[kind], block, work);
     if (block.walls[kind].size() > 0) s.kernels->wall_forces(context, s.pair_laws[kind], block.walls[kind], block);
   }
-  for (std::size_t k = kinds; k < block.candidates.size(); ++k)
+  for (std::size_t k = kinds; k < block.candidates.size() && !block.shapes; ++k)
     s.kernels->pair_forces(context, s.pair_laws[k - kinds], block.candidates[k], block, work);
   block.bonds.failures.clear();
   if (block.bonds.count > 0) s.kernels->bond_forces(context, block, work);
@@ -84,7 +98,9 @@ void finish_block(Simulation& s, std::size_t mine, double time_step) {
     const Load* halo_load = other.load.data() + other.size();
     for (std::size_t k = at(run.from); k < at(run.to); ++k) add(block.load[at(other.halo[k].row - block.first)], halo_load[k]);
   }
+  if (block.shapes) correct_momenta(s.particles, block.first, block.last, {&block.load[0].torque.x, sizeof(Load) / sizeof(double)}, time_step);
   s.kernels->correct(s.particles, block, time_step, triple(s.gravity));
+  if (block.shapes) set_spins(s.particles, block.first, block.last);
 }
 
 // Forces on all particles, then their velocities. Once a block and all whose halo holds particles of it have their forces, nobody
@@ -178,6 +194,12 @@ void gather_sums(Simulation& s, double time_step) {
 
 }  // namespace
 
+double Simulation::solid_radius(Index i) const {
+  if (particles.shape.empty()) return particles.radius(i);
+  const Superquadric& shape = shapes[particles.shape[at(i)]];
+  return particles.radius(i) / shape.bounding_radius * shape.volume_radius;
+}
+
 void Simulation::move_walls() {
   const std::vector<Pose> poses = poses_at(frames, clock.time());
   for (Wall& wall : walls) wall.pose = wall.frame < 0 ? wall.rest : carried(poses[at(wall.frame)], wall.rest);
@@ -185,13 +207,14 @@ void Simulation::move_walls() {
 
 StepContext Simulation::context() const {
   return {const_cast<Particles*>(&particles), &domain,      pair_kind.data(), static_cast<Index>(materials.size()), pair_laws.data(), clock.time_step,
-          0.5 * clock.time_step,              clock.time(), contacts.travelled + contacts.wall_travelled};
+          0.5 * clock.time_step,              clock.time(), contacts.travelled + contacts.wall_travelled,   shapes.data()};
 }
 
 void Simulation::start(bool record_collisions) {
   contacts = {};
   contacts.records = record_collisions;
   for (const PairLaw& pair : pair_laws) contacts.rolls |= pair.rolling.model != RollingModel::none;
+  contacts.shapes = !particles.shape.empty();
   note_effects(*this);
   move_walls();
   extent_of_particles = extent_of(particles);
@@ -245,7 +268,8 @@ std::array<double, 2> Simulation::kinetic_and_potential() const {
     for (Index i = block.first; i < block.last; ++i) {
       const Quad &v = particles.velocity[at(i)], &w = particles.spin[at(i)];
       const double inertia = carried_density > 0 ? v.w + carried_density * ball_volume(particles.radius(i)) : v.w;
-      kinetic += 0.5 * (inertia * dot(xyz(v), xyz(v)) + w.w * dot(xyz(w), xyz(w)));
+      const double turning = block.shapes && particles.shape[at(i)] != 0 ? dot(xyz(particles.momentum[at(i)]), xyz(w)) : w.w * dot(xyz(w), xyz(w));
+      kinetic += 0.5 * (inertia * dot(xyz(v), xyz(v)) + turning);
       potential -= v.w * dot(triple(gravity), xyz(particles.position[at(i)]));
     }
     parts[static_cast<std::size_t>(b)] = {kinetic, potential};

@@ -6,6 +6,7 @@
 #include <vector>
 #include "bonds/bonds.hpp"
 #include "mills/frame.hpp"
+#include "shapes/superquadric.hpp"
 #include "src/base/domain.hpp"
 #include "src/base/threads.hpp"
 #include "src/contact/contacts.hpp"
@@ -35,6 +36,7 @@ struct Species {
 struct Simulation {
   std::vector<Material> materials;
   std::vector<Species> species;
+  std::vector<Superquadric> shapes;       // that particles name by index; 0: the unit ball. Empty where all are spheres
   std::vector<PairLaw> pair_laws;         // by pair kind
   std::vector<std::uint8_t> pair_kind;    // [a * materials + b] → kind or no_law, symmetric
   Domain domain;
@@ -67,6 +69,9 @@ struct Simulation {
   // Collisions that ended in the last step, in a fixed order, and those still lasting now (flagged).
   const std::vector<Collision>& ended_collisions() const { return contacts.ended; }
   std::vector<Collision> lasting_collisions() const;
+
+  // Of the ball of a particle's volume [m].
+  double solid_radius(Index i) const;
 
   // Brings the walls to where the clock says.
   void move_walls();

@@ -112,7 +112,14 @@ TimeStepLimit time_step_limit(const Simulation& s, double speed, double fraction
   std::map<std::uint8_t, Smallest> by_material;
   for (Index i = 0; i < s.particles.owned; ++i) {
     Smallest& smallest = by_material[s.particles.material[static_cast<std::size_t>(i)]];
-    if (s.particles.radius(i) < smallest.radius) smallest = {s.particles.radius(i), s.particles.mass(i)};
+    // Another shape than a sphere counts as the ball within it, which is less than what resists a push beside its centre.
+    double radius = s.particles.radius(i), mass = s.particles.mass(i);
+    if (!s.particles.shape.empty()) {
+      const Superquadric& shape = s.shapes[s.particles.shape[static_cast<std::size_t>(i)]];
+      radius *= shape.semi_axes().minCoeff() / shape.bounding_radius;
+      mass *= std::pow(radius / s.solid_radius(i), 3);
+    }
+    if (radius < smallest.radius) smallest = {radius, mass};
   }
   Search search;
   const std::size_t count = s.materials.size();

@@ -184,7 +184,7 @@ void Charge::sample(const Simulation& simulation, const Seat& seat, ChargeSums& 
   sums.samples += 1;
   for (Index i = 0; i < p.owned; ++i) {
     const Vec3 place = seat.seen(vec(p.position[at(i)])) - view.centre, velocity = seat.seen_velocity(vec(p.position[at(i)]), vec(p.velocity[at(i)]));
-    const double radius = p.radius(i), volume = 4.0 / 3.0 * pi * radius * radius * radius;
+    const double radius = simulation.solid_radius(i), volume = 4.0 / 3.0 * pi * radius * radius * radius;
     const double ahead = place.dot(view.ahead), up = place.dot(view.up), v_ahead = velocity.dot(view.ahead), v_up = velocity.dot(view.up);
     const bool held = ahead * ahead + up * up > layer_from * layer_from && !seat.in_free_flight(simulation, i);
     if (held) sums.held += volume, sums.held_turn += volume * (v_ahead * up - v_up * ahead) / (ahead * ahead + up * up);

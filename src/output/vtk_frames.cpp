@@ -61,7 +61,7 @@ vtkNew<vtkPolyData> balls_of(const Simulation& s) {
     points->SetPoint(row, x.x, x.y, x.z);
     velocity->SetTuple3(row, v.x, v.y, v.z);
     spin->SetTuple3(row, w.x, w.y, w.z);
-    diameter->SetValue(row, static_cast<float>(2 * x.w));
+    diameter->SetValue(row, static_cast<float>(2 * s.solid_radius(static_cast<Index>(i))));
     mass->SetValue(row, static_cast<float>(v.w));
     species->SetValue(row, p.species[i]);
     id->SetValue(row, p.id[i]);
@@ -125,6 +125,44 @@ vtkNew<vtkPolyData> bonds_of(const Simulation& s) {
   return data;
 }
 
+// The surfaces of particles that are no spheres.
+vtkNew<vtkPolyData> shapes_of(const Simulation& s) {
+  constexpr int cells = 4;
+  const Particles& p = s.particles;
+  std::vector<SurfaceMesh> meshes;
+  for (const Superquadric& shape : s.shapes) meshes.push_back(surface_mesh(shape, cells));
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(p.owned); ++i)
+    if (p.shape[i] != 0) order.push_back(i);
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return p.id[a] < p.id[b]; });
+  vtkNew<vtkPoints> points;
+  points->SetDataTypeToDouble();
+  vtkNew<vtkCellArray> triangles;
+  auto velocity = array<vtkFloatArray>("velocity", 3, 0), diameter = array<vtkFloatArray>("diameter", 1, 0);
+  auto species = array<vtkIntArray>("species", 1, 0), id = array<vtkIntArray>("id", 1, 0);
+  for (const std::size_t i : order) {
+    const SurfaceMesh& mesh = meshes[p.shape[i]];
+    const Quad &q = p.orientation[i], &v = p.velocity[i];
+    const Mat3 axes = Rotation(q.w, q.x, q.y, q.z).toRotationMatrix() * (p.position[i].w / s.shapes[p.shape[i]].bounding_radius);
+    const vtkIdType base = points->GetNumberOfPoints();
+    for (const Vec3& corner : mesh.points) {
+      points->InsertNextPoint(Vec3(vec(p.position[i]) + axes * corner).data());
+      velocity->InsertNextTuple3(v.x, v.y, v.z);
+      diameter->InsertNextValue(static_cast<float>(2 * s.solid_radius(static_cast<Index>(i))));
+      species->InsertNextValue(p.species[i]);
+      id->InsertNextValue(p.id[i]);
+    }
+    for (const auto& t : mesh.triangles) triangles->InsertNextCell({base + t[0], base + t[1], base + t[2]});
+  }
+  vtkNew<vtkPolyData> data;
+  data->SetPoints(points);
+  data->SetPolys(triangles);
+  for (vtkDataArray* a : {static_cast<vtkDataArray*>(velocity), static_cast<vtkDataArray*>(diameter), static_cast<vtkDataArray*>(species), static_cast<vtkDataArray*>(id)})
+    data->GetPointData()->AddArray(a);
+  data->GetPointData()->SetActiveVectors("velocity");
+  return data;
+}
+
 vtkNew<vtkPolyData> walls_of(const Simulation& s) {
   const Surroundings shown = surroundings(s.walls, s.particles.position);
   vtkNew<vtkPoints> points;
@@ -178,6 +216,11 @@ void VtkFrames::append(const Simulation& s) {
     const std::string bonds = fmt::format("frames/bonds_{:06}.vtp", frames_);
     write(bonds_of(s), directory_ + "/" + bonds);
     list(2, "bonds", bonds);
+  }
+  if (!s.shapes.empty()) {
+    const std::string shapes = fmt::format("frames/shapes_{:06}.vtp", frames_);
+    write(shapes_of(s), directory_ + "/" + shapes);
+    list(3, "shapes", shapes);
   }
   ++frames_;
   write_whole_file(directory_ + "/frames.pvd",

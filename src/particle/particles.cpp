@@ -1,5 +1,7 @@
 #include "src/particle/particles.hpp"
+#include <cmath>
 #include <numbers>
+#include "shapes/superquadric.hpp"
 
 namespace quern {
 namespace {
@@ -19,7 +21,27 @@ Index Particles::add_sphere(const Triple<double>& centre, double r, double densi
   species.push_back(species_index);
   id.push_back(size() - 1);
   if (!orientation.empty()) orientation.push_back(unturned);
+  if (!shape.empty()) shape.push_back(0), momentum.push_back({}), inertia.push_back({});
   return owned++;
+}
+
+Index Particles::add_shape(const Triple<double>& centre, const Superquadric& form, std::uint8_t shape_index, double size, double density,
+                           std::uint8_t material_index, std::uint8_t species_index) {
+  const Index row = add_sphere(centre, size * form.bounding_radius, density, material_index, species_index);
+  const auto at = static_cast<std::size_t>(row);
+  keep_orientations();
+  shape.resize(position.size(), 0);
+  momentum.resize(position.size());
+  inertia.resize(position.size());
+  const double mass = density * size * size * size * form.volume;
+  const Vec3 moments = density * std::pow(size, 5) * form.inertia;
+  velocity[at].w = mass;
+  acceleration[at].w = 1 / mass;
+  spin[at].w = moments.mean();
+  angular_acceleration[at].w = 1;
+  shape[at] = shape_index;
+  inertia[at] = {moments.x(), moments.y(), moments.z(), 0};
+  return row;
 }
 
 void Particles::keep_orientations() {
@@ -40,6 +62,7 @@ void Particles::reorder(const std::vector<Index>& order) {
   permute(species);
   permute(id);
   if (!orientation.empty()) permute(orientation);
+  if (!shape.empty()) permute(shape), permute(momentum), permute(inertia);
 }
 
 }  // namespace quern

@@ -5,6 +5,8 @@
 
 namespace quern {
 
+struct Superquadric;
+
 // Structure of arrays; each array has one 32-byte row per particle, so that eight rows load and transpose into SIMD packs.
 // Rows [0, owned) move; rows from `owned` on are ghosts: copies of particles that someone else moves.
 struct Particles {
@@ -19,6 +21,11 @@ struct Particles {
   // Unit quaternions that turn a particle's own axes into the fixed ones (x, y, z, companion: the scalar part). Empty unless something,
   // bonds for one, needs to know how particles have turned.
   std::vector<Quad> orientation;
+  // Of particles that are no spheres. Empty unless there are any; their `position` then has the radius of the ball that holds them, their
+  // `angular_acceleration` the torque (with the companion 1), and `spin` follows from the angular momentum.
+  std::vector<std::uint8_t> shape;         // index into the shapes; 0: a sphere
+  std::vector<Quad> momentum;              // angular momentum [kg m²/s]
+  std::vector<Quad> inertia;               // moments about the particle's own axes [kg m²]
   Index owned = 0;
 
   Index size() const { return static_cast<Index>(position.size()); }
@@ -27,6 +34,10 @@ struct Particles {
 
   // Appends a solid sphere at rest and returns its row. [m], [kg/m³]
   Index add_sphere(const Triple<double>& centre, double radius, double density, std::uint8_t material_index, std::uint8_t species_index);
+
+  // Appends a solid superquadric at rest, unturned, of the shape with that index (not 0), whose semi-axes are `size` times the shape's.
+  Index add_shape(const Triple<double>& centre, const Superquadric& form, std::uint8_t shape_index, double size, double density, std::uint8_t material_index,
+                  std::uint8_t species_index);
 
   // From now on particles have an orientation; those that had none stand unturned.
   void keep_orientations();

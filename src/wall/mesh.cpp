@@ -300,4 +300,8 @@ int touch_triangles(const Mesh& mesh, const Index* first, const Index* last, con
   return count;
 }
 
+bool lies_on(const Mesh& mesh, Index triangle, const Vec3& place, double tolerance) {
+  return lies_on(mesh.facets[static_cast<std::size_t>(triangle)], place, tolerance);
+}
+
 }  // namespace quern

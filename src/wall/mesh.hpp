@@ -61,4 +61,7 @@ inline constexpr int most_touches = 8;
 // them are at least, where there is no touch.
 int touch_triangles(const Mesh& mesh, const Index* first, const Index* last, const Vec3& centre, double radius, Touch* touches, double* gap = nullptr);
 
+// Whether a place lies on a triangle, within a tolerance [m].
+bool lies_on(const Mesh& mesh, Index triangle, const Vec3& place, double tolerance);
+
 }  // namespace quern

@@ -1,4 +1,6 @@
 #include "src/wall/walls.hpp"
+#include "src/contact/shape_contacts.hpp"
+#include "src/wall/shape_walls.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -102,6 +104,20 @@ WallTouch wall_touch(const Wall& wall, Index index, const Touch& touch, double r
   return t;
 }
 
+// The touches of a particle that is no sphere; where the ball that holds it stays clear of the wall, how far.
+int touch_candidate_shape(const StepContext& step, const Wall& wall, WallCandidate& candidate, ContactBlock& block, Touch* touches, ShapeContact* contacts, double& gap) {
+  const Particles& p = *step.particles;
+  const auto row = static_cast<std::size_t>(candidate.particle);
+  gap = 0;
+  if (touch_candidate(wall, candidate, block, p.position[row], p.position[row].w, touches, gap) == 0) return 0;
+  gap = 0;
+  const Index* triangles = block.triangles.data();
+  const int count = touch_shape(wall, placed(step.shapes, p.shape[row], p.position[row], p.orientation[row]), triangles + candidate.first_triangle,
+                                triangles + candidate.last_triangle, contacts);
+  for (int k = 0; k < count; ++k) touches[k].normal = contacts[k].normal;
+  return count;
+}
+
 bool earlier(const WallCandidate& a, const WallCandidate& b) {
   return a.particle != b.particle ? a.particle < b.particle : a.wall < b.wall;
 }
@@ -203,11 +219,13 @@ void find_wall_candidates(const std::vector<Wall>& walls, const Particles& parti
 void find_wall_touches(const StepContext& step, const std::vector<Wall>& walls, ContactBlock& block) {
   const Particles& particles = *step.particles;
   for (ActiveList& list : block.walls) list.clear();
+  for (std::vector<ShapeTouch>& list : block.shape_walls) list.clear();
   block.wall_touches.clear();
   // This step's slots and normals are appended behind last step's, which go when all have been matched.
   const std::size_t old_size = block.wall_slots.size();
   Touch touches[most_touches];
   Index slots[most_touches];
+  ShapeContact contacts[most_places];
   for (WallCandidate& candidate : block.wall_candidates) {
     if (candidate.touches == 0 && step.path < candidate.asleep_until) continue;
     const Wall& wall = walls[static_cast<std::size_t>(candidate.wall)];
@@ -215,7 +233,9 @@ void find_wall_touches(const StepContext& step, const std::vector<Wall>& walls, 
     double gap = 0;
     const std::size_t kind = step.pair_kind[particles.material[i] * step.material_count + wall.material];
     const double radius = particles.position[i].w + step.pair_laws[kind].reach;
-    const int count = touch_candidate(wall, candidate, block, particles.position[i], radius, touches, gap);
+    const bool shaped = block.shapes && particles.shape[i] != 0;
+    const int count = shaped ? touch_candidate_shape(step, wall, candidate, block, touches, contacts, gap)
+                             : touch_candidate(wall, candidate, block, particles.position[i], radius, touches, gap);
     if (count == 0) {
       candidate.asleep_until = step.path + (1 - 1e-9) * gap;
       if (candidate.touches == 0) continue;
@@ -237,7 +257,16 @@ void find_wall_touches(const StepContext& step, const std::vector<Wall>& walls, 
     candidate.touches = count;
     ActiveList& list = block.walls[kind];
     for (int k = 0; k < count; ++k) {
-      if (slots[k] < 0) slots[k] = block.take_slot();
+      const bool fresh = slots[k] < 0;
+      if (fresh) slots[k] = block.take_slot();
+      if (shaped) {
+        Quad& memory = block.shaped[static_cast<std::size_t>(slots[k])];
+        if (fresh) memory.w = bounded_radius(contacts[k].radius_first, placed(step.shapes, particles.shape[i], particles.position[i], particles.orientation[i]));
+        block.shape_walls[kind].push_back(shape_touch(particles, candidate.particle, wall, candidate.wall, contacts[k], memory.w, slots[k]));
+        block.wall_slots.push_back(slots[k]);
+        block.wall_normals.push_back(block.shape_walls[kind].back().normal);
+        continue;
+      }
       list.push(candidate.particle, static_cast<Index>(block.wall_touches.size()), slots[k]);
       block.wall_touches.push_back(wall_touch(wall, candidate.wall, touches[k], particles.position[i].w));
       block.wall_slots.push_back(slots[k]);

@@ -1,0 +1,180 @@
+#include "shapes/wall_touching.hpp"
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace quern {
+namespace {
+
+// The body's reach along a direction across the axis, which is how far its farthest place in that direction is from a plane through the
+// axis, and the derivatives of that with the direction's angle.
+struct Reach {
+  double angle;
+  Vec3 n, along;   // the direction and the one that a growing angle turns it to
+  Vec3 place;
+  double value, slope, bend;
+  Mat3 radii;
+};
+
+Reach reach(const PlacedShape& body, double angle) {
+  Reach r;
+  r.angle = angle;
+  r.n = {std::cos(angle), std::sin(angle), 0}, r.along = {-r.n.y(), r.n.x(), 0};
+  const NestedNorm::Second at = body.shape->support.second(body.axes.transpose() * r.n);
+  r.place = body.centre + body.axes * (body.size * at.gradient);
+  r.value = r.n.dot(r.place);
+  r.slope = r.along.dot(r.place);
+  r.radii = body.size * (body.axes * at.hessian * body.axes.transpose());
+  r.bend = r.along.dot(r.radii * r.along) - r.value;
+  return r;
+}
+
+double radius_of(const Reach& r) {
+  Eigen::Matrix<double, 3, 2> t;
+  t.col(0) = r.along, t.col(1) = Vec3::UnitZ();
+  const Eigen::Matrix2d radii = t.transpose() * r.radii * t;
+  const double half = 0.5 * radii.trace(), spread = std::hypot(0.5 * (radii(0, 0) - radii(1, 1)), radii(0, 1)), large = half + spread;
+  return 2 / (1 / large + large / (radii / large).determinant() / (large * large));
+}
+
+// Climbs to a place farther from the axis than all beside it: Newton's method where the reach is concave, else the angle of the farthest
+// place itself, which always climbs.
+Reach climb(const PlacedShape& body, Reach at) {
+  constexpr int most_steps = 60;
+  const double tolerance = 1e-12 * body.size * body.shape->volume_radius;
+  for (int k = 0; k < most_steps && std::abs(at.slope) > tolerance; ++k) {
+    if (at.bend < -0.01 * at.value) {
+      const Reach next = reach(body, at.angle - at.slope / at.bend);
+      if (next.value > at.value || std::abs(next.slope) < 0.5 * std::abs(at.slope)) {
+        at = next;
+        continue;
+      }
+    }
+    at = reach(body, std::atan2(at.place.y(), at.place.x()));
+  }
+  return at;
+}
+
+// Where on the way from start to start + way a norm, which is convex, is least, in parts of the way: Newton's method between bounds.
+double least_along(const NestedNorm& norm, const Vec3& start, const Vec3& way) {
+  if (norm.first(start).gradient.dot(way) >= 0) return 0;
+  if (norm.first(start + way).gradient.dot(way) <= 0) return 1;
+  double low = 0, high = 1, along = 0.5;
+  for (int k = 0; k < 60 && high - low > 1e-10; ++k) {
+    const NestedNorm::Second at = norm.second(start + along * way);
+    const double slope = at.gradient.dot(way), bend = way.dot(at.hessian * way);
+    if (slope == 0) break;
+    (slope < 0 ? low : high) = along;
+    const double next = along - slope / bend;
+    along = k % 4 < 3 && next > low && next < high ? next : 0.5 * (low + high);
+  }
+  return along;
+}
+
+}  // namespace
+
+int touch_inside_cylinder(const PlacedShape& body, double radius, ShapeContact* contacts) {
+  const double off = std::hypot(body.centre.x(), body.centre.y()), bound = body.size * body.shape->bounding_radius;
+  if (off + bound <= radius || off == 0) return 0;
+  const double middle = std::atan2(body.centre.y(), body.centre.x());
+  // Beyond this angle the ball about the body does not reach the jacket.
+  const double cosine = (radius * radius + off * off - bound * bound) / (2 * radius * off);
+  const double window = std::acos(std::min(1.0, std::max(-1.0, cosine)));
+  constexpr int starts = 5;
+  int count = 0;
+  for (int k = 0; k < starts && count < most_places; ++k) {
+    // A body's edges lie in all directions of it; seen from the axis they lie within the window.
+    const Vec3 towards = Eigen::AngleAxisd((k - 2) * 0.25 * std::numbers::pi, Vec3::UnitZ()) * Vec3(std::cos(middle), std::sin(middle), 0);
+    const Reach first = reach(body, std::atan2(towards.y(), towards.x()));
+    const double angle = std::remainder(std::atan2(first.place.y(), first.place.x()) - middle, 2 * std::numbers::pi);
+    const Reach top = climb(body, reach(body, middle + std::min(window, std::max(-window, angle))));
+    if (top.value < radius) continue;
+    bool known = false;
+    for (int c = 0; c < count; ++c) known = known || (contacts[c].on_first - top.place).norm() < 1e-3 * bound;
+    if (known) continue;
+    ShapeContact& c = contacts[count++];
+    c.touching = true;
+    c.normal = -top.n;
+    c.overlap = top.value - radius;
+    c.on_first = top.place;
+    c.on_second = top.place + c.overlap * c.normal;
+    c.residual = std::abs(top.slope);
+    c.radius_first = radius_of(top);
+  }
+  return count;
+}
+
+ShapeContact touch_outside_cylinder(const PlacedShape& body, double radius) {
+  constexpr int most_steps = 60;
+  const double tolerance = 1e-12 * body.size * body.shape->volume_radius;
+  // φ(n) = reach along −n, and the jacket's radius.
+  double angle = std::atan2(body.centre.y(), body.centre.x());
+  Reach at = reach(body, angle + std::numbers::pi);
+  for (int k = 0; k < most_steps && std::abs(at.slope) > tolerance; ++k) {
+    double step = at.bend > 0 ? -at.slope / at.bend : -std::copysign(0.1, at.slope);
+    step = std::min(0.5, std::max(-0.5, step));
+    Reach next = reach(body, at.angle + step);
+    for (int half = 0; half < 40 && !(next.value < at.value || std::abs(next.slope) < 0.5 * std::abs(at.slope)); ++half) step *= 0.5, next = reach(body, at.angle + step);
+    at = next;
+  }
+  ShapeContact c;
+  c.normal = -at.n;
+  c.overlap = at.value + radius;
+  c.touching = c.overlap >= 0;
+  c.on_first = at.place;
+  c.on_second = at.place + c.overlap * c.normal;
+  c.residual = std::abs(at.slope);
+  c.radius_first = radius_of(at);
+  return c;
+}
+
+ShapeContact touch_line(const PlacedShape& body, const Vec3& place, const Vec3& direction) {
+  const Mat3 axes = Rotation::FromTwoVectors(Vec3::UnitZ(), direction).toRotationMatrix();
+  const PlacedShape seen{body.shape, body.size, axes.transpose() * (body.centre - place), axes.transpose() * body.axes};
+  ShapeContact c = touch_outside_cylinder(seen, 0);
+  c.normal = axes * c.normal;
+  c.on_first = place + axes * c.on_first;
+  c.on_second = place + axes * c.on_second;
+  return c;
+}
+
+ShapeContact touch_point(const PlacedShape& body, const Vec3& place) {
+  static const Superquadric ball = make_superquadric({1, 1, 1}, 2, 2);
+  return touch(body, {&ball, 0, place, Mat3::Identity()});
+}
+
+ShapeContact touch_edge(const PlacedShape& body, const Vec3& from, const Vec3& to) {
+  const double length = (to - from).norm();
+  const ShapeContact line = touch_line(body, from, (to - from) / length);
+  if (!line.touching) return line;
+  const double along = (line.on_second - from).dot(to - from) / (length * length);
+  if (along >= 0 && along <= 1) return line;
+  const ShapeContact end = touch_point(body, along < 0 ? from : to);
+  return end.touching ? end : line;
+}
+
+DeepestPlace deepest_place(const PlacedShape& body, const Vec3* corners, const Vec3& normal) {
+  const auto own = [&](const Vec3& way) { return Vec3(body.axes.transpose() * way / body.size); };
+  // Of all the plane, by the duality of gauge and support, on the ray to the place that reaches farthest along the normal.
+  const Vec3 from = corners[0] - body.centre;
+  const double distance = normal.dot(from);
+  const NestedNorm::First reach = body.shape->support.first(body.axes.transpose() * normal);
+  const double part = distance / (body.size * reach.value);
+  const Vec3 on_plane = body.centre + part * body.size * (body.axes * reach.gradient);
+  const double tolerance = 1e-9 * body.size * body.shape->volume_radius;
+  bool within = true;
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 &a = corners[k], side = corners[(k + 1) % 3] - a;
+    within = within && normal.dot(side.cross(on_plane - a)) >= -tolerance * side.norm();
+  }
+  if (within) return {on_plane, std::abs(part), -1};
+  DeepestPlace deepest{on_plane, std::numeric_limits<double>::infinity(), 0};
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 start = own(corners[k] - body.centre), way = own(corners[(k + 1) % 3] - corners[k]);
+    const double along = least_along(body.shape->gauge, start, way), gauge = body.shape->gauge.value(start + along * way);
+    if (gauge < deepest.gauge) deepest = {corners[k] + along * (corners[(k + 1) % 3] - corners[k]), gauge, k};
+  }
+  return deepest;
+}
+
+}  // namespace quern

@@ -1,0 +1,31 @@
+// Where a superquadric touches surfaces of revolution about the z axis of its surroundings, which its pose is told in.
+#pragma once
+#include "shapes/touching.hpp"
+
+namespace quern {
+
+inline constexpr int most_places = 4;
+
+// The inside of a cylinder's jacket: every place that is farther from the axis than its surroundings and than the radius. A body that
+// leans against the jacket with two edges touches twice. Returns how many; normals point to the axis, on_second lies on the jacket.
+int touch_inside_cylinder(const PlacedShape& body, double radius, ShapeContact* contacts);
+
+// The outside of a cylinder's jacket without ends.
+ShapeContact touch_outside_cylinder(const PlacedShape& body, double radius);
+
+// A straight line without ends, through a place; and a point. In any axes.
+ShapeContact touch_line(const PlacedShape& body, const Vec3& place, const Vec3& direction);
+ShapeContact touch_point(const PlacedShape& body, const Vec3& place);
+
+// A straight edge from one place to another.
+ShapeContact touch_edge(const PlacedShape& body, const Vec3& from, const Vec3& to);
+
+// Where a triangle, whose plane has that unit normal, is deepest in a body: the place of least gauge.
+struct DeepestPlace {
+  Vec3 place;
+  double gauge;  // below 1: within the body
+  int edge;      // on which, or at an end of which, it lies: that from this corner to the next; −1: at the face
+};
+DeepestPlace deepest_place(const PlacedShape& body, const Vec3* corners, const Vec3& normal);
+
+}  // namespace quern
