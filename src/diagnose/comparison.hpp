@@ -52,6 +52,8 @@ struct Whitened {
   double log_density = 0;          // Σ ln p − Σ ln scale
 };
 
+inline constexpr std::size_t few_samples = 30;  // of all runs: they tell a deviation and no more of the noise
+
 class Comparison {
  public:
   Comparison(const Experiment& experiment, ThreadTeam& team) : experiment_(&experiment), recording_(&experiment.recording()), team_(&team) {}

@@ -83,7 +83,8 @@ void Comparison::estimate_noise(Fit& fit, const FitOptions& options) const {
       noise[c] = trial;
       return restricted(fit, noise, shared_columns);
     };
-    if (fit.samples < 30) {
+    if (fit.samples < few_samples) {
+      own.tail = ChannelNoise{}.tail;
       settle(own);
       continue;
     }
@@ -276,6 +277,11 @@ Noise Comparison::settled_noise(const Fit& fit, const std::vector<std::vector<Ve
       }
       series = some;
     }
+  }
+  if (fit.samples < few_samples) {
+    Fit own = fit;
+    estimate_noise(own, {});
+    return own.noise;
   }
   if (wide.samples < 12 + unknowns) return fit.noise;
   // The columns' main directions, as the others leave them.

@@ -1,6 +1,7 @@
 #include "src/diagnose/scores.hpp"
 #include <Eigen/QR>
 #include <algorithm>
+#include <boost/math/special_functions/beta.hpp>
 #include <boost/math/special_functions/gamma.hpp>
 #include <cmath>
 #include "src/base/random.hpp"
@@ -33,19 +34,25 @@ double clipped_variance(double tail) {
   return square + std::max(0.0, 1 - inside) * clipped * clipped;
 }
 
+// P that of a residual of so many independent normal numbers, of unknown deviation, such a share of the squares lies along so many directions (Fisher's F).
+double share_above(double share, int degrees, double of) {
+  const double others = of - degrees;
+  return degrees <= 0 || !(others > 0) ? 1.0 : boost::math::ibetac(0.5 * degrees, 0.5 * others, std::clamp(share, 0.0, 1.0));
+}
+
 constexpr double hidden = 1e-3;  // a direction of which less is left is not seen
 
 }  // namespace
 
 double chi_squared_above(double x, int degrees) { return degrees <= 0 || !(x > 0) ? 1.0 : boost::math::gamma_q(0.5 * degrees, 0.5 * x); }
 
-Residuals::Residuals(const Comparison& comparison, const Fit& fit, const std::vector<VectorXd>& numerical) : comparison_(&comparison), fit_(&fit) {
+Residuals::Residuals(const Comparison& comparison, const Fit& fit, const std::vector<VectorXd>& numerical) : comparison_(&comparison), fit_(&fit), few_(fit.samples < few_samples) {
   Row rows = 0, taken = 0;
   std::vector<Whitened> white;
   for (std::size_t r = 0; r < fit.runs.size(); ++r) {
     white.push_back(comparison.independent(fit.runs[r], fit.linear[r], fit.noise));
     // One wild point counts for a little; many in a row are no noise and count for much.
-    white.back().rest = white.back().rest.cwiseMax(-clipped).cwiseMin(clipped);
+    if (!few_) white.back().rest = white.back().rest.cwiseMax(-clipped).cwiseMin(clipped);
     first_.push_back(rows);
     rows += white.back().rest.size();
     own_.push_back(orthonormal(white.back().unknowns));
@@ -128,6 +135,11 @@ Score Residuals::score(const Direction& direction) {
   score.degrees = static_cast<int>(basis.cols());
   score.statistic = along.squaredNorm();
   score.p = chi_squared_above(score.statistic, score.degrees);
+  if (few_) {
+    const double share = (basis.transpose() * rest_).squaredNorm() / std::max(rest_.squaredNorm(), 1e-300);
+    score.p = share_above(share, score.degrees, degrees_left_);
+    score.statistic = (degrees_left_ - score.degrees) * share / std::max(1 - share, 1e-9);
+  }
   if (direction.columns.size() == 1) {
     score.amplitude = left.col(0).dot(rest_) / left.col(0).squaredNorm();
     if (direction.one_sided) {
@@ -186,10 +198,19 @@ double Residuals::family_p(std::uint64_t seed, int repetitions) const {
     }
     // As uncertain as the deviation is.
     const double spread = std::exp(random.normal() / std::sqrt(2 * degrees_left_));
-    double least = 1;
+    double least = 1, whole = 0;
+    if (few_) {
+      for (std::size_t r = 0; r < own_.size(); ++r) {
+        const VectorXd part = noise.segment(first_[r], own_[r].rows());
+        noise.segment(first_[r], own_[r].rows()) = part - own_[r] * (own_[r].transpose() * part);
+      }
+      noise -= shared_ * (shared_.transpose() * noise).eval();
+      whole = noise.squaredNorm();
+    }
     for (std::size_t k = 0; k < bases_.size(); ++k) {
       const VectorXd along = bases_[k].transpose() * noise / spread;
-      double p = chi_squared_above(along.squaredNorm(), static_cast<int>(along.size()));
+      const auto degrees = static_cast<int>(along.size());
+      double p = few_ ? share_above((bases_[k].transpose() * noise).squaredNorm() / whole, degrees, degrees_left_) : chi_squared_above(along.squaredNorm(), degrees);
       if (one_sided_[k]) p = along[0] > 0 ? 0.5 * p : 1;
       least = std::min(least, p);
     }

@@ -56,6 +56,7 @@ class Residuals {
   std::vector<Eigen::Index> first_;    // row of each run
   Eigen::VectorXd rest_;
   double degrees_left_ = 1, smallest_p_ = 1;
+  bool few_ = false;   // samples: their deviation is hardly known, and is taken from what a direction leaves
   double spread_ = 1;  // standard deviation of what a direction of length one shows in noise alone
   std::vector<Eigen::MatrixXd> bases_;  // of the directions scored, orthonormal
   std::vector<bool> one_sided_;
