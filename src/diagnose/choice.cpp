@@ -9,6 +9,7 @@ namespace quern {
 namespace {
 
 constexpr double second_look = 0.05;        // what is left of the winner asks whether a second effect acts
+constexpr double beyond_doubt = 1e-8;       // what is left of it is no little
 constexpr double left_level = 0.001;        // what is left of it refutes it
 constexpr double alike_odds = 3.0;          // ln of odds within which a rival is not ruled out
 // Before any data: that nothing is missing, that one known effect is, that something unknown is, that two are.
@@ -138,9 +139,9 @@ void Investigation::choose() {
   bool little_left = false;
   if (Tried* single = best_single(); single != nullptr && (named->effects.size() > 1 || d_.remaining_p < left_level || better_free())) {
     constexpr double most_of_it = 0.9;
-    double greatest = 0;
+    double greatest = single->gain + gain_left(*single);
     for (const Tried& t : d_.ranking) greatest = std::max(greatest, t.gain);
-    bool more = single->gain < most_of_it * greatest;
+    bool more = single->gain < most_of_it * greatest || d_.remaining_p < beyond_doubt;
     for (std::size_t k = 0; k < std::min<std::size_t>(3, d_.ranking.size()) && !more; ++k) more = &d_.ranking[k] != single && tells_more(d_.ranking[k], *single);
     if (!more) little_left = true, named = single;
   }
@@ -156,7 +157,7 @@ void Investigation::choose() {
     double alone = 0, all = 0;
     for (const Tried& t : d_.ranking)
       if (!t.candidate.free_form && t.effects.size() == 1) (t.effects == d_.effects ? alone : all) += t.probability;
-    d_.confidence = alone > 0 ? 0.5 * alone / (alone + all) : 0.3;
+    d_.confidence = alone > 0 ? (d_.remaining_p < left_level ? 0.5 : 0.85) * alone / (alone + all) : 0.3;
     d_.remarks.push_back("Something small is left that the noise does not explain; it does not help to tell runs that were not fitted.");
   } else if (d_.remaining_p < second_look) {
     d_.confidence *= d_.remaining_p < family_level ? 0.6 : 0.85;

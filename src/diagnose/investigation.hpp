@@ -3,6 +3,7 @@
 #pragma once
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 #include "src/diagnose/diagnosis.hpp"
@@ -68,9 +69,13 @@ class Investigation {
   void soften(Direction& direction);
   // Where the weakest probe of a candidate would show by far, its response bends: a weaker one tells what little of it does.
   void probe_nearer();
+  // Which probes are looked at about other fits: the one that the residual asks for most, and the one that shows well without bending.
+  void choose_telling();
   // Steps 5 and 7: is anything left, and how each candidate would show.
   void judge_baseline();
+  // Chance that noise alone leaves as much as an explanation does; and what ln of likelihood the most telling direction might yet bring.
   double remaining_of(const Tried& tried);
+  double gain_left(const Tried& tried);
   // The noise is known better about the best explanation than about the baseline: is the baseline still refuted?
   bool still_refuted();
 
@@ -134,6 +139,7 @@ class Investigation {
   std::vector<VectorXd> numerical_;  // how half the step moves the predictions
   std::vector<Candidate> candidates_;
   std::vector<Direction> directions_;
+  std::vector<std::set<std::size_t>> telling_;  // by candidate: its probes that are; empty: all of all
   std::vector<Score> scores_;
   std::size_t free_forms_ = 1;
   double independent_ = 4, reynolds_ = 0;

@@ -117,7 +117,8 @@ void Comparison::estimate_noise(Fit& fit, const FitOptions& options) const {
         if (z > 0) look(std::min(std::tanh(z), 0.995));
       }
     }
-    own.correlation = best_phi < 0.02 || best < without + cost ? 0 : best_phi;
+    // Slow noise looks like physics and is believed late.
+    own.correlation = best_phi < 0.02 || best < without + 3 * cost ? 0 : best_phi;
     if (own.correlation > 0) {
       // A white part beside the slow one, which then lasts longer. It must be worth more than a number.
       ChannelNoise found = own;
@@ -299,7 +300,8 @@ Noise Comparison::settled_noise(const Fit& fit, const std::vector<std::vector<Ve
   VectorXd size(gram.rows());
   for (Row c = 0; c < gram.rows(); ++c) size[c] = gram(c, c) > 1e-6 * whole[c] && whole[c] > 0 ? 1 / std::sqrt(gram(c, c)) : 0;
   gram = size.asDiagonal() * gram * size.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(gram);
+  Eigen::SelfAdjointEigenSolver<MatrixXd> eigen;
+  if (gram.rows() > 0) eigen.compute(gram);
   MatrixXd kept(gram.rows(), 0);
   for (Row c = gram.rows() - 1; c >= 0 && kept.cols() < most; --c) {
     if (!(eigen.eigenvalues()[c] > 1e-4 * eigen.eigenvalues()[gram.rows() - 1])) break;

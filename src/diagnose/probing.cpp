@@ -36,6 +36,7 @@ std::vector<Direction> Investigation::directions_about(const Fit& fit, const std
     const Candidate& c = candidates_[k];
     if (std::find(without.begin(), without.end(), c.effect) != without.end()) continue;
     for (std::size_t probe = 0; probe < c.probes.size(); ++probe) {
+      if (!telling_.empty() && telling_[k].count(probe) == 0) continue;
       Direction direction{c.effect + (c.form.empty() ? "" : " (" + c.form + ")"), {response_of(fit, c, c.probes[probe])}, false, static_cast<int>(k), probe};
       const Parameter& p = c.parameters[0];
       direction.one_sided = p.value <= p.lower || p.value >= p.upper;
@@ -161,10 +162,26 @@ void Investigation::probe_nearer() {
   }
 }
 
+void Investigation::choose_telling() {
+  telling_.resize(candidates_.size());
+  constexpr double unseen = 0.3, well_seen = 12;  // standard deviations
+  std::vector<double> best(candidates_.size(), -1), nearest(candidates_.size(), 1e300);
+  std::vector<std::size_t> strongest(candidates_.size()), straightest(candidates_.size());
+  for (std::size_t k = 0; k < directions_.size(); ++k) {
+    const auto c = static_cast<std::size_t>(directions_[k].candidate);
+    if (!(scores_[k].visible > unseen)) continue;
+    if (scores_[k].statistic > best[c]) best[c] = scores_[k].statistic, strongest[c] = directions_[k].probe;
+    if (const double off = std::abs(std::log(scores_[k].visible / well_seen)); off < nearest[c]) nearest[c] = off, straightest[c] = directions_[k].probe;
+  }
+  for (std::size_t c = 0; c < candidates_.size(); ++c)
+    if (best[c] >= 0) telling_[c] = {strongest[c], straightest[c]};
+}
+
 void Investigation::judge_baseline() {
   sizes_ = sizes_of(comparison_, d_.baseline);
   candidates_ = candidates_for(comparison_, d_.baseline, sizes_);
   reynolds_ = 2 * sizes_.radius * sizes_.speed * experiment_.base().number("medium.density") / experiment_.base().number("medium.viscosity");
+  telling_.clear();
   directions_ = directions_about(d_.baseline, {});
   for (Direction& direction : directions_) soften(direction);
   probe_nearer();
@@ -176,6 +193,7 @@ void Investigation::judge_baseline() {
   for (const Direction& direction : directions_) scores_.push_back(residuals.score(direction));
   for (const Direction& direction : plain_directions(d_.baseline)) residuals.score(direction);
   d_.adequacy_p = residuals.family_p(options_.seed);
+  choose_telling();
   independent_ = 0;
   for (const std::size_t r : train_)
     for (const Series& series : experiment_.recording().runs[r].series) {
@@ -192,6 +210,17 @@ void Investigation::judge_baseline() {
     if (const auto [old, fresh] = least.emplace(c.effect, found); !fresh && change < old->second.strength && found.key == old->second.key) old->second = found;
   }
   for (const auto& [name, one] : least) d_.detectable.push_back(one);
+}
+
+double Investigation::gain_left(const Tried& tried) {
+  Residuals residuals(comparison_, tried.fit, numerical_);
+  double most = 0;
+  for (const Direction& direction : directions_about(tried.fit, tried.effects)) most = std::max(most, residuals.score(direction).statistic - 1);
+  for (const Direction& direction : plain_directions(tried.fit)) {
+    const Score score = residuals.score(direction);
+    most = std::max(most, score.statistic - score.degrees);
+  }
+  return 0.5 * most;
 }
 
 double Investigation::remaining_of(const Tried& tried) {
