@@ -201,8 +201,10 @@ class Roll(Experiment):
         self.sizes(rng, (0.01, 0.04), (100, 8000))
         self.duration = T = float(np.round(rng.uniform(0.5, 2.5), 3))
         self.v0 = np.round(rng.uniform(0.6, 3, self.n), 4)
+        stand_on_plane(self)
+        arm = self.conditions["z0 [m]"]
         style = rng.choice(["slides", "rolls", "back_spin"])
-        self.w0 = {"slides": 0 * self.v0, "rolls": self.v0 / self.radius, "back_spin": -rng.uniform(0, 0.5, self.n) * self.v0 / self.radius}[style]
+        self.w0 = {"slides": 0 * self.v0, "rolls": self.v0 / arm, "back_spin": -rng.uniform(0, 0.5, self.n) * self.v0 / self.radius}[style]
         mu = float(np.round(rng.uniform(0.03, 0.35), 3))
         self.base["friction"] = mu if rng.random() < 0.85 else 0.0
         if style != "rolls" and self.base["friction"]:
@@ -222,7 +224,6 @@ class Roll(Experiment):
         if "wy" not in self.channels:
             self.init.remove("wy")
             self.conditions["wy0 [rad/s]"] = self.w0
-        stand_on_plane(self)
 
     def simulate(self, variants, hooks=None):
         p, _ = self.lanes(variants)
@@ -230,9 +231,10 @@ class Roll(Experiment):
         for i, v in enumerate(variants):
             for comp, shift in v.get("init", {}).items():
                 y[{"x": 0, "vx": 1, "wy": 2, "wz": 3}[comp], i * self.n:(i + 1) * self.n] += shift
+        rollers = Rollers(p, y.shape[1], self.stiffness, strange=hooks)
         if self.style == "rolls":  # a ball released rolling stays so: its spin follows its speed
-            y[2] = y[1] / np.tile(self.radius, len(variants))
-        rollers = Rollers(p, y.shape[1], strange=hooks).run(y, self.duration)
+            y[2] = y[1] / rollers.arm
+        rollers.run(y, self.duration)
         return [[self.measure(None, rollers, i * self.n + r, r, v, None) for r in range(self.n)] for i, v in enumerate(variants)]
 
     def raw(self, balls, path, lane, times):
@@ -265,7 +267,7 @@ class Spin(Roll):
         y = np.tile(np.stack([self.v0, self.v0, self.v0, self.w]), (1, len(variants)))
         for i, v in enumerate(variants):
             y[3, i * self.n:(i + 1) * self.n] += v.get("init", {}).get("wz", 0.0)
-        rollers = Rollers(p, y.shape[1], strange=hooks).run(y, self.duration)
+        rollers = Rollers(p, y.shape[1], self.stiffness, strange=hooks).run(y, self.duration)
         return [[self.measure(None, rollers, i * self.n + r, r, v, None) for r in range(self.n)] for i, v in enumerate(variants)]
 
 

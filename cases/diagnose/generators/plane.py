@@ -11,13 +11,14 @@ SLIDES, ROLLS, RESTS = 0, 1, 2
 
 
 class Rollers:
-    def __init__(self, p, lanes, strange=None):
+    def __init__(self, p, lanes, stiffness, strange=None):
         self.p = q = {k: np.broadcast_to(np.asarray(p.get(k, off), float), (lanes,)) for k, off in OFF.items()}
         self.lanes, self.strange = lanes, strange or {}
         self.volume, self.area = 4 / 3 * np.pi * q["radius"] ** 3, np.pi * q["radius"] ** 2
         self.inertia = q["mass"] + q["added_mass"] * q["fluid_density"] * self.volume
         self.gyration = 0.4 * q["mass"] * q["radius"] ** 2
         self.weight = -q["gz"] * (q["mass"] - q["buoyancy"] * self.volume)
+        self.arm = q["radius"] - self.weight / stiffness  # from the centre to the plane, as the contact yields
 
     def slope(self, t, y, mode):
         q = self.p
@@ -26,14 +27,14 @@ class Rollers:
         push = -(c * np.abs(v) + 6 * np.pi * q["viscous_drag"] * q["radius"]) * v
         if "field" in self.strange:
             push = push + self.strange["field"](t, x, v, q)
-        slip = v - q["radius"] * w
+        slip = v - self.arm * w
         mu = self.strange["friction"](np.abs(slip), q) if "friction" in self.strange else q["friction"]
         mu_r = self.strange["rolling"](x, v, q) if "rolling" in self.strange else q["rolling_friction"]
         moment = -mu_r * q["radius"] * self.weight * np.where(w == 0, self.way, np.sign(w))
         grip = -mu * self.weight * self.way
-        rolling = (push + moment / q["radius"]) / (self.inertia + self.gyration / q["radius"] ** 2)
+        rolling = (push + moment / self.arm) / (self.inertia + self.gyration / self.arm ** 2)
         dv = np.where(mode == SLIDES, (push + grip) / self.inertia, np.where(mode == ROLLS, rolling, 0.0))
-        dw = np.where(mode == SLIDES, (moment - q["radius"] * grip) / self.gyration, np.where(mode == ROLLS, rolling / q["radius"], 0.0))
+        dw = np.where(mode == SLIDES, (moment - self.arm * grip) / self.gyration, np.where(mode == ROLLS, rolling / self.arm, 0.0))
         drill = -q["torsional_friction"] * q["radius"] * self.weight * np.tanh(wz / 1e-4)
         if "drill" in self.strange:
             drill = drill + self.strange["drill"](wz, q)
@@ -42,12 +43,12 @@ class Rollers:
     def run(self, y, t_end, steps=300):
         q, L = self.p, self.lanes
         y = np.array(y, float)
-        slip = y[1] - q["radius"] * y[2]
+        slip = y[1] - self.arm * y[2]
         mode = np.where(np.abs(slip) > 1e-9, SLIDES, ROLLS)
         t, ts, ys, ds = np.zeros(L), [], [], []
         while True:
             h = np.minimum(t_end / steps, t_end - t)
-            self.way = np.sign(y[1] - q["radius"] * y[2])  # of the sliding, for the whole of a step
+            self.way = np.sign(y[1] - self.arm * y[2])  # of the sliding, for the whole of a step
             k1 = self.slope(t, y, mode)
             ts.append(t.copy()), ys.append(y.copy()), ds.append(k1.copy())
             if (h <= 1e-12).all():
@@ -59,7 +60,7 @@ class Rollers:
                 k4 = self.slope(t + h, y + h * k3, mode)
                 return y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
             new = step(h)
-            u0, u1 = y[1] - q["radius"] * y[2], new[1] - q["radius"] * new[2]
+            u0, u1 = y[1] - self.arm * y[2], new[1] - self.arm * new[2]
             grips = (mode == SLIDES) & (u0 * u1 < 0)
             stops = (mode == ROLLS) & (y[1] * new[1] < 0)
             drilled = (y[3] != 0) & (y[3] * new[3] <= 0)
@@ -69,9 +70,9 @@ class Rollers:
                     part = np.where(grips, u0 / (u0 - u1), np.where(stops, y[1] / (y[1] - new[1]), np.where(drilled, y[3] / (y[3] - new[3]), np.where(turns, y[2] / (y[2] - new[2]), 1.0))))
                 h = h * np.clip(part, 0, 1)
                 new = step(h)
-                v = np.where(grips, (self.inertia * new[1] * q["radius"] + self.gyration * new[2]) /
-                             (self.inertia * q["radius"] + self.gyration / q["radius"]), new[1])
-                new[1], new[2] = np.where(stops, 0.0, v), np.where(grips, v / q["radius"], np.where(stops | turns, 0.0, new[2]))
+                v = np.where(grips, (self.inertia * new[1] * self.arm + self.gyration * new[2]) /
+                             (self.inertia * self.arm + self.gyration / self.arm), new[1])
+                new[1], new[2] = np.where(stops, 0.0, v), np.where(grips, v / self.arm, np.where(stops | turns, 0.0, new[2]))
                 new[3] = np.where(drilled, 0.0, new[3])
                 mode = np.where(grips, ROLLS, np.where(stops, RESTS, mode))
             y, t = new, t + h
