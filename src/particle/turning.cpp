@@ -13,7 +13,8 @@ Rotation rotation(const Quad& q) { return {q.w, q.x, q.y, q.z}; }
 std::array<double, 2> sine_and_cosine(double angle) {
   const double s = angle * angle;
   if (s > 0.01) return {std::sin(angle), std::cos(angle)};
-  return {angle * (1 - s / 6 * (1 - s / 20 * (1 - s / 42 * (1 - s / 72 * (1 - s / 110))))), 1 - s / 2 * (1 - s / 12 * (1 - s / 30 * (1 - s / 56 * (1 - s / 90))))};
+  return {angle * (1 + s * (-1.0 / 6 + s * (1.0 / 120 + s * (-1.0 / 5040 + s * (1.0 / 362880 - s * (1.0 / 39916800)))))),
+          1 + s * (-1.0 / 2 + s * (1.0 / 24 + s * (-1.0 / 720 + s * (1.0 / 40320 - s * (1.0 / 3628800)))))};
 }
 
 }  // namespace
