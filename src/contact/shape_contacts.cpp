@@ -26,29 +26,29 @@ Scratch& scratch() {
   return s;
 }
 
-// Whether two touch that did not a step ago. If not, a plane between them stays in `guess` with the sum of paths at which to look
-// again: until then they cannot have used up the gap.
+// Whether two touch that did not a step ago. If not, a plane between them stays in `guess`, its normal as long as the gap was when it was
+// last made as wide as it can be, with the sum of paths at which to look again: until then they cannot have used up the gap.
 ShapeContact meet(const PlacedShape& a, const PlacedShape& b, double paths, Quad& guess) {
-  constexpr double wide = 0.05;  // gap over size; a narrower one is widened first
+  constexpr double worn = 0.3;  // of the widest gap; a plane with less is turned to widen it
   const Vec3 apart = a.centre - b.centre;
   const double reach = a.size * a.shape->bounding_radius + b.size * b.shape->bounding_radius, distance = apart.norm();
   const bool known = guess.x != 0 || guess.y != 0 || guess.z != 0;
-  const auto sleep = [&](const Vec3& n, double gap) { guess = row(n, paths + (1 - 1e-9) * gap); };
+  const auto sleep = [&](const Vec3& n, double gap, double widest) { guess = row(widest * n, paths + (1 - 1e-9) * gap); };
   ShapeContact c;
   if (distance > reach) {
-    sleep(known ? vec(guess) : Vec3(apart / distance), distance - reach);
+    sleep(apart / distance, distance - reach, distance - reach);
     return c;
   }
-  const Vec3 n = known ? vec(guess) : apart.normalized();
+  const Vec3 n = (known ? vec(guess) : apart).normalized();
   const double gap = n.dot(apart) - a.size * a.shape->support.value(a.axes.transpose() * n) - b.size * b.shape->support.value(b.axes.transpose() * n);
-  if (gap > wide * std::min(a.size * a.shape->volume_radius, b.size * b.shape->volume_radius)) {
-    sleep(n, gap);
+  if (gap > worn * (known ? vec(guess) : apart).norm()) {
+    sleep(n, gap, known ? vec(guess).norm() : gap);
     return c;
   }
   if (gap <= 0) c = known ? touch_from(a, b, n) : touch(a, b);
   if (!c.touching) {
     c = widened(a, b, gap > 0 ? n : c.normal);
-    sleep(c.normal, -c.overlap);
+    sleep(c.normal, -c.overlap, -c.overlap);
     c.touching = false;
   }
   return c;
