@@ -1,8 +1,10 @@
 // How much slower superquadrics are than spheres of their volume: ellipsoids (axes 6, 5, 4 mm) and cubes (exponents 8) settle in a box that
-// is periodic sideways, or turn in a drum; then their steps are timed. Words: bed or drum, number of grains, steps.
+// is periodic sideways, or turn in a drum; then their steps are timed, by the processor's clock. Words: bed or drum, number of grains, steps, seconds of settling.
 #include <fmt/format.h>
-#include <chrono>
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <ctime>
 #include <numbers>
 #include <string>
 #include "src/base/random.hpp"
@@ -13,14 +15,14 @@ namespace {
 
 using namespace quern;
 
-constexpr double time_step = 2.4e-5, spacing = 12.6e-3, settling = 0.3;  // [s], [m], [s]
+constexpr double time_step = 2.4e-5, spacing = 12.6e-3;  // [s], [m]
 
 Simulation scene(bool drum, int grains, const Superquadric* shape) {
   Simulation s;
   const Material steel{"grain", 7800, 1e8, 0.3};
   s.materials = {steel};
   s.species = {{"grain", 0}};
-  s.pair_laws = {{HertzMindlin{effective_young(steel, steel), effective_shear(steel, steel), hertz_damping_ratio(0.6), 0.5}, {}}};
+  s.pair_laws = {{HertzMindlin{effective_young(steel, steel), effective_shear(steel, steel), hertz_damping_ratio(0.6), 0.5}, {}, {}}};
   s.pair_kind = {0};
   s.clock.time_step = time_step;
   RandomStream random(1);
@@ -65,15 +67,24 @@ Simulation scene(bool drum, int grains, const Superquadric* shape) {
   return s;
 }
 
-double measured(const char* name, bool drum, int grains, int steps, const Superquadric* shape, double spheres) {
+double measured(const char* name, bool drum, int grains, int steps, double settling, const Superquadric* shape, double spheres) {
   Simulation s = scene(drum, grains, shape);
-  for (int k = 0; k * time_step < settling; ++k) s.step();
-  const auto begin = std::chrono::steady_clock::now();
-  for (int k = 0; k < steps; ++k) s.step();
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const auto timed = [&](std::int64_t count) {
+    const std::clock_t begin = std::clock();
+    for (std::int64_t k = 0; k < count; ++k) s.step();
+    return static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+  };
+  const auto told = std::max<std::int64_t>(1, std::llround(settling / time_step / 5));
+  for (int part = 1; part <= 5; ++part) {
+    const double seconds = timed(told);
+    fmt::print("{:10} settled {:.3g} s, {:.3g} million particle-steps/s\n", name, static_cast<double>(part * told) * time_step, 1e-6 * s.particles.owned * static_cast<double>(told) / seconds);
+    std::fflush(stdout);
+  }
+  const double seconds = timed(steps);
   const double speed = s.particles.owned * static_cast<double>(steps) / seconds;
   fmt::print("{:10} {:.4g} million particle-steps/s, {:.3g} contacts per grain{}\n", name, 1e-6 * speed, 2.0 * s.contacts.sums.pair_contacts / s.particles.owned,
              spheres > 0 ? fmt::format(", {:.3g} times slower than spheres", spheres / speed) : "");
+  std::fflush(stdout);
   return speed;
 }
 
@@ -82,11 +93,12 @@ double measured(const char* name, bool drum, int grains, int steps, const Superq
 int main(int argc, char** argv) {
   const bool drum = argc > 1 && std::string(argv[1]) == "drum";
   const int grains = argc > 2 ? std::stoi(argv[2]) : 2000, steps = argc > 3 ? std::stoi(argv[3]) : 1000;
+  const double settling = argc > 4 ? std::stod(argv[4]) : 0.3;
   const Superquadric ellipsoid = make_superquadric({6e-3, 5e-3, 4e-3}, 2, 2);
   const double half = 4.058954711919763e-3;
   const Superquadric cube = make_superquadric({half, half, half}, 8, 8);
   fmt::print("{} of {} grains, one thread\n", drum ? "drum" : "bed", grains);
-  const double spheres = measured("spheres", drum, grains, steps, nullptr, 0);
-  measured("ellipsoids", drum, grains, steps, &ellipsoid, spheres);
-  measured("cubes", drum, grains, steps, &cube, spheres);
+  const double spheres = measured("spheres", drum, grains, steps, settling, nullptr, 0);
+  measured("ellipsoids", drum, grains, steps, settling, &ellipsoid, spheres);
+  measured("cubes", drum, grains, steps, settling, &cube, spheres);
 }

@@ -359,6 +359,28 @@ ShapeContact touch(const PlacedShape& first, const PlacedShape& second) {
   return best;
 }
 
+ShapeContact widened(const PlacedShape& first, const PlacedShape& second, const Vec3& normal) {
+  constexpr int most_steps = 4;
+  constexpr double worth = 1.1;  // by which a step must widen the gap to try another
+  const Pair pair(first, second);
+  Look at = look(pair, (first.axes.transpose() * normal).normalized());
+  for (int k = 0; k < most_steps; ++k) {
+    const Tangents t = tangents(at.n);
+    Mat2 bend = t.transpose() * (at.radii_first + at.radii_second) * t + std::max(1e-3 * pair.extent, -at.value) * Mat2::Identity();
+    Vec2 step = -(inverse(bend) * (t.transpose() * at.mismatch));
+    if (const double size = step.norm(); size > 0.5) step *= 0.5 / size;
+    const double before = at.value;
+    for (double part = 1; part > 0.1; part *= 0.3) {
+      const Look next = step_from(pair, at, part * (t * step));
+      if (!(next.value < at.value)) continue;
+      at = next;
+      break;
+    }
+    if (at.value > worth * before) break;
+  }
+  return told(first, second, at, 0, 0);
+}
+
 ShapeContact touch_plane(const PlacedShape& body, const Vec3& place, const Vec3& normal) {
   const Vec3 n = body.axes.transpose() * normal;
   const NestedNorm::Second at = body.shape->support.second(n);

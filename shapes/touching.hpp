@@ -36,6 +36,9 @@ ShapeContact touch_from(const PlacedShape& first, const PlacedShape& second, con
 // From nothing: whether they touch is decided for certain, the overlap is the least of those found from several sides.
 ShapeContact touch(const PlacedShape& first, const PlacedShape& second);
 
+// From a plane between two that are apart, towards that with the widest gap: a few steps, each of which widens it.
+ShapeContact widened(const PlacedShape& first, const PlacedShape& second, const Vec3& normal);
+
 // A superquadric and a half-space whose surface goes through a place, n out of the solid: closed form.
 ShapeContact touch_plane(const PlacedShape& body, const Vec3& place, const Vec3& normal);
 

@@ -80,9 +80,14 @@ int touch_inside_cylinder(const PlacedShape& body, double radius, ShapeContact* 
   // Beyond this angle the ball about the body does not reach the jacket.
   const double cosine = (radius * radius + off * off - bound * bound) / (2 * radius * off);
   const double window = std::acos(std::min(1.0, std::max(-1.0, cosine)));
-  constexpr int starts = 5;
+  // Between two places that are each farthest from the axis among those around them there is one no farther than the body's largest radius of
+  // curvature, so that an ellipsoid much smaller than the jacket has but one.
+  const Vec3 semi_axes = body.size * body.shape->semi_axes();
+  const double largest = semi_axes.maxCoeff();
+  const bool single = body.shape->gauge.round() && largest * largest < 0.5 * radius * semi_axes.minCoeff();
+  const int starts = single ? 3 : 5;
   int count = 0;
-  for (int k = 0; k < starts && count < most_places; ++k) {
+  for (int k = single ? 2 : 0; k < starts && count < most_places; ++k) {
     // A body's edges lie in all directions of it; seen from the axis they lie within the window.
     const Vec3 towards = Eigen::AngleAxisd((k - 2) * 0.25 * std::numbers::pi, Vec3::UnitZ()) * Vec3(std::cos(middle), std::sin(middle), 0);
     const Reach first = reach(body, std::atan2(towards.y(), towards.x()));

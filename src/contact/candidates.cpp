@@ -121,7 +121,14 @@ struct Scratch {
 
 std::vector<KeptContact> kept_contacts(const ContactBlock& block) {
   std::vector<KeptContact> kept;
-  for_touching_pairs(block, [&](Index i, Index j, Index slot) { kept.push_back({i, j, slot}); });
+  if (block.shapes) {
+    for (const CandidateList& list : block.candidates)
+      for (std::size_t k = 0; k < static_cast<std::size_t>(list.count); ++k)
+        if (list.slot[k] >= 0 || (!list.guess.empty() && list.guess[k].w > 0))
+          kept.push_back({block.row_of(list.first[k]), block.row_of(list.second[k]), list.slot[k], list.guess.empty() ? Quad{} : list.guess[k]});
+  } else {
+    for_touching_pairs(block, [&](Index i, Index j, Index slot) { kept.push_back({i, j, slot}); });
+  }
   if (block.candidates.size() > 1) std::stable_sort(kept.begin(), kept.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   return kept;
 }
@@ -154,8 +161,9 @@ void find_candidates(const SearchRequest& request, const std::vector<KeptContact
     for (Index k = 0; k < scratch.found.count; ++k) {
       const HaloRow other = {scratch.found.row[at(k)], scratch.found.image[at(k)]};
       Index slot = -1;
+      Quad guess;
       for (std::size_t old = inherit; old < next; ++old)
-        if (kept[old].second == other.row) slot = kept[old].slot;
+        if (kept[old].second == other.row) slot = kept[old].slot, guess = kept[old].guess;
       const bool mine = other.row < block.last && other.image == Domain::itself;
       const Index local = mine ? other.row - block.first : own + scratch.places.place(other, block.halo);
       std::size_t kind = kinds[particles.material[at(other.row)]];
@@ -166,7 +174,7 @@ void find_candidates(const SearchRequest& request, const std::vector<KeptContact
       const bool shaped = block.shapes && (particles.shape[at(i)] | particles.shape[at(other.row)]) != 0;
       if (shaped) kind += pair_kinds;
       CandidateList& list = block.candidates[kind];
-      if (shaped) list.guess.push_back(slot < 0 ? Quad{} : block.shaped[at(slot)]);
+      if (shaped) list.guess.push_back(guess);
       if (rests) list.overlap_at_rest.push_back(rests->overlap);
       list.first.push_back(4 * (i - block.first));
       list.second.push_back(4 * local);

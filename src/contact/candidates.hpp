@@ -5,12 +5,13 @@
 
 namespace quern {
 
-// A pair that touches and keeps its memory through a search.
+// A pair that keeps its memory through a search, or a plane between the two (see CandidateList::guess).
 struct KeptContact {
-  Index first, second, slot;  // rows of the particle arrays, first < second; slot of the memory
+  Index first, second, slot;  // rows of the particle arrays, first < second; slot of the memory, −1: not touching
+  Quad guess = {};
 };
 
-// The touching pairs of a block, in ascending order of `first`.
+// The touching pairs of a block, and those of shapes between which a plane is known, in ascending order of `first`.
 std::vector<KeptContact> kept_contacts(const ContactBlock& block);
 
 struct SearchRequest {

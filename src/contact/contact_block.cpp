@@ -1,4 +1,6 @@
 #include "src/contact/contact_block.hpp"
+#include <algorithm>
+#include "src/contact/shape_meeting.hpp"
 
 namespace quern {
 
@@ -7,7 +9,7 @@ Index ContactBlock::take_slot() {
     sliding.emplace_back();
     if (rolls) rolling.emplace_back();
     if (remembers) effects.resize(2 * sliding.size());
-    if (shapes) shaped.emplace_back();
+    if (shapes) shaped.resize(shaped_rows * sliding.size());
     if (records) record.emplace_back();
     return static_cast<Index>(sliding.size()) - 1;
   }
@@ -17,7 +19,7 @@ Index ContactBlock::take_slot() {
   sliding[at] = {};
   if (rolls) rolling[at] = {};
   if (remembers) effects[2 * at] = effects[2 * at + 1] = {};
-  if (shapes) shaped[at] = {};
+  if (shapes) std::fill_n(&shaped[shaped_rows * at], shaped_rows, Quad{});
   if (records) record[at] = {};
   return s;
 }

@@ -1,5 +1,7 @@
 #include "src/contact/move_contacts.hpp"
 #include <algorithm>
+#include <utility>
+#include "src/contact/shape_meeting.hpp"
 
 namespace quern {
 namespace {
@@ -8,7 +10,7 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 // What a contact remembers, on its way from one block to another.
 struct Memory {
-  Quad sliding, rolling, effects[2], shaped;
+  Quad sliding, rolling, effects[2], shaped[shaped_rows];
   CollisionRecord record;
 };
 
@@ -16,7 +18,7 @@ Memory memory_of(const ContactBlock& block, Index slot) {
   Memory memory{block.sliding[at(slot)], {}, {}, {}, {}};
   if (block.rolls) memory.rolling = block.rolling[at(slot)];
   if (block.remembers) std::copy_n(&block.effects[2 * at(slot)], 2, memory.effects);
-  if (block.shapes) memory.shaped = block.shaped[at(slot)];
+  if (block.shapes) std::copy_n(&block.shaped[shaped_rows * at(slot)], shaped_rows, memory.shaped);
   if (block.records) memory.record = block.record[at(slot)];
   return memory;
 }
@@ -26,7 +28,7 @@ Index settle(ContactBlock& block, const Memory& memory) {
   block.sliding[at(slot)] = memory.sliding;
   if (block.rolls) block.rolling[at(slot)] = memory.rolling;
   if (block.remembers) std::copy_n(memory.effects, 2, &block.effects[2 * at(slot)]);
-  if (block.shapes) block.shaped[at(slot)] = memory.shaped;
+  if (block.shapes) std::copy_n(memory.shaped, shaped_rows, &block.shaped[shaped_rows * at(slot)]);
   if (block.records) block.record[at(slot)] = memory.record;
   return slot;
 }
@@ -76,7 +78,11 @@ std::vector<std::vector<KeptContact>> move_contacts(const std::vector<ContactBlo
               [](const MovedPair& x, const MovedPair& y) { return x.first != y.first ? x.first < y.first : x.second < y.second; });
     for (const MovedPair& pair : by_block[b]) {
       Memory memory = memory_of(old_blocks[at(pair.old_block)], pair.slot);
-      if (pair.turned) memory.sliding = reversed(memory.sliding), memory.rolling = reversed(memory.rolling), memory.shaped = reversed(memory.shaped);
+      if (pair.turned) {
+        memory.sliding = reversed(memory.sliding), memory.rolling = reversed(memory.rolling);
+        memory.shaped[0] = reversed(memory.shaped[0]);
+        std::swap(memory.shaped[1], memory.shaped[2]);
+      }
       kept[b].push_back({pair.first, pair.second, settle(block, memory)});
     }
   }

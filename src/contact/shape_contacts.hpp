@@ -13,6 +13,9 @@ double bounded_radius(double radius, const PlacedShape& body);
 
 PlacedShape placed(const Superquadric* shapes, std::uint8_t shape, const Quad& position, const Quad& orientation);
 
+// What shape_pair_forces needs of a block's particles, once before it is called for each pair kind.
+void pose_shapes(const StepContext& step, const ContactBlock& block, const Workspace& work);
+
 // Finds which pairs of one list touch now, gives new ones a slot, ends those that parted, and adds their forces to the block's loads.
 void shape_pair_forces(const StepContext& step, const Kernels& kernels, const PairLaw& pair, CandidateList& list, ContactBlock& block, const Workspace& work);
 

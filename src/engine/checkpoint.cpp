@@ -18,7 +18,7 @@ namespace quern {
 namespace {
 
 constexpr char magic[8] = {'q', 'u', 'e', 'r', 'n', 'c', 'k', 'p'};
-constexpr std::uint32_t version = 11;
+constexpr std::uint32_t version = 12;
 
 struct Header {
   char magic[8];

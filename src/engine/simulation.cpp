@@ -61,6 +61,7 @@ void search(Simulation& s) {
 
 void find_shape_forces(Simulation& s, const StepContext& context, ContactBlock& block, Workspace& work) {
   const std::size_t kinds = s.pair_laws.size();
+  pose_shapes(context, block, work);
   for (std::size_t kind = 0; kind < kinds; ++kind) {
     shape_pair_forces(context, *s.kernels, s.pair_laws[kind], block.candidates[kinds + kind], block, work);
     shape_wall_forces(context, *s.kernels, s.pair_laws[kind], block.shape_walls[kind], block);

@@ -16,6 +16,7 @@ Vec3 spin_of(const Rotation& orientation, const Vec3& momentum, const Vec3& mome
 
 // One step of the particles of rows [first, last) that are no spheres, in two halves about Kernels::turn and ::advance, which know spheres
 // alone: `before` are these rows' orientations at the start of the step. Predicts the angular momentum as Kernels::advance does the velocity.
+// The companion of each row of `momentum`, of spheres too, grows by how far any place of the particle can have come [m].
 void turn_shapes(Particles& particles, Index first, Index last, const Quad* before, double time_step);
 
 // Completes the angular momenta with the torques found in this step (row `first` has loads[0]), as Kernels::correct does velocities; call

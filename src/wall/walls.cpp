@@ -1,5 +1,6 @@
 #include "src/wall/walls.hpp"
 #include "src/contact/shape_contacts.hpp"
+#include "src/contact/shape_meeting.hpp"
 #include "src/wall/shape_walls.hpp"
 
 #include <algorithm>
@@ -260,7 +261,7 @@ void find_wall_touches(const StepContext& step, const std::vector<Wall>& walls, 
       const bool fresh = slots[k] < 0;
       if (fresh) slots[k] = block.take_slot();
       if (shaped) {
-        Quad& memory = block.shaped[static_cast<std::size_t>(slots[k])];
+        Quad& memory = block.shaped[shaped_rows * static_cast<std::size_t>(slots[k])];
         if (fresh) memory.w = bounded_radius(contacts[k].radius_first, placed(step.shapes, particles.shape[i], particles.position[i], particles.orientation[i]));
         block.shape_walls[kind].push_back(shape_touch(particles, candidate.particle, wall, candidate.wall, contacts[k], memory.w, slots[k]));
         block.wall_slots.push_back(slots[k]);

@@ -1,0 +1,2 @@
+#define QUERN_ISA portable
+#include "src/contact/shape_meeting_isa.inl"
