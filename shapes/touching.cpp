@@ -145,13 +145,6 @@ Vec2 bent_step(const Pair& pair, const Look& at, const Tangents& t, const Vec2& 
   return first_step * first + across.dot(newton) * across;
 }
 
-double mean_radius(const Mat2& radii) {
-  // Of radii matrices, one of which may be very large, without the overflow of a product.
-  const double half = 0.5 * radii.trace(), spread = std::hypot(0.5 * (radii(0, 0) - radii(1, 1)), radii(0, 1));
-  const double large = half + spread, small = (radii / large).determinant() * large;
-  return 2 / (1 / large + 1 / small);
-}
-
 ShapeContact told(const PlacedShape& first, const PlacedShape& second, const Look& at, double uncertainty, int steps) {
   ShapeContact c;
   c.steps = steps;
@@ -327,6 +320,13 @@ Vec3 portal(const Pair& pair) {
 }
 
 }  // namespace
+
+double mean_radius(const Mat2& radii) {
+  // Of radii matrices, one of which may be very large, without the overflow of a product.
+  const double half = 0.5 * radii.trace(), spread = std::hypot(0.5 * (radii(0, 0) - radii(1, 1)), radii(0, 1));
+  const double large = half + spread, small = (radii / large).determinant() * large;
+  return 2 / (1 / large + 1 / small);
+}
 
 ShapeContact touch_from(const PlacedShape& first, const PlacedShape& second, const Vec3& normal) {
   constexpr double shallow = 0.05;

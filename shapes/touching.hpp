@@ -29,6 +29,9 @@ struct ShapeContact {
   int steps = 0;        // of Newton's method that it took
 };
 
+// 1/mean curvature, from the radii of curvature in the tangential plane: a symmetric matrix, one of whose eigenvalues may be very large.
+double mean_radius(const Eigen::Matrix2d& radii);
+
 // From a direction that was right a short while ago. The overlap it finds is one that a move along the normal undoes, though where
 // bodies are deep in each other perhaps not the least.
 ShapeContact touch_from(const PlacedShape& first, const PlacedShape& second, const Vec3& normal);

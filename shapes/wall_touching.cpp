@@ -32,9 +32,7 @@ Reach reach(const PlacedShape& body, double angle) {
 double radius_of(const Reach& r) {
   Eigen::Matrix<double, 3, 2> t;
   t.col(0) = r.along, t.col(1) = Vec3::UnitZ();
-  const Eigen::Matrix2d radii = t.transpose() * r.radii * t;
-  const double half = 0.5 * radii.trace(), spread = std::hypot(0.5 * (radii(0, 0) - radii(1, 1)), radii(0, 1)), large = half + spread;
-  return 2 / (1 / large + large / (radii / large).determinant() / (large * large));
+  return mean_radius(t.transpose() * r.radii * t);
 }
 
 // Climbs to a place farther from the axis than all beside it: Newton's method where the reach is concave, else the angle of the farthest

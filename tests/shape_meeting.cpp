@@ -14,8 +14,6 @@ namespace {
 
 Vec3 random_direction(RandomStream& random) { return Vec3(random.normal(), random.normal(), random.normal()).normalized(); }
 
-Quad row(const Vec3& v, double companion = 0) { return {v.x(), v.y(), v.z(), companion}; }
-
 PosedShape posed(const PlacedShape& body) {
   PosedShape pose;
   for (int k = 0; k < 3; ++k) pose.axis[k] = row(body.axes.col(k), 1 / (body.size * body.shape->semi_axes()[k]));

@@ -154,7 +154,7 @@ struct ContactBlock {
   std::vector<Quad> sliding;
   std::vector<Quad> rolling;          // empty unless `rolls`
   std::vector<Quad> effects;          // two rows to a slot, see Remembered; empty unless `remembers`
-  std::vector<Quad> shaped;           // normal at the last step, companion: R*, kept from first touch [m]; empty unless `shapes`
+  std::vector<Quad> shaped;           // rows to a slot: see shaped_rows; R* is kept from first touch; empty unless `shapes`
   std::vector<CollisionRecord> record;  // empty unless `records`
   std::vector<Index> free_slots;
   bool rolls = false;                 // whether any pair has rolling resistance

@@ -7,13 +7,10 @@ namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-Rotation rotation(const Quad& q) { return {q.w, q.x, q.y, q.z}; }
-
-Quad row(const Vec3& v, double companion = 0) { return {v.x(), v.y(), v.z(), companion}; }
-
 // The particles of one block on one thread; memory that outlives a call.
 struct Scratch {
-  std::vector<PosedShape> poses;   // rows as in the workspace
+  std::vector<PlacedShape> bodies; // rows as in the workspace
+  std::vector<PosedShape> poses;   // the same, for packs
   std::vector<double> path;        // of any place of them, upper bound [m]
   std::vector<KeptPair> kept;      // pairs that touched a step ago
   std::vector<Index> candidate;    // their places in the list
@@ -70,17 +67,17 @@ double bounded_radius(double radius, const PlacedShape& body) {
 
 PlacedShape placed(const Superquadric* shapes, std::uint8_t shape, const Quad& position, const Quad& orientation) {
   const Superquadric& form = shapes[shape];
-  return {&form, position.w / form.bounding_radius, vec(position), rotation(orientation).toRotationMatrix()};
+  return {&form, position.w / form.bounding_radius, vec(position), rotation_of(orientation).toRotationMatrix()};
 }
 
 void pose_shapes(const StepContext& step, const ContactBlock& block, const Workspace& work) {
   Scratch& s = scratch();
   const Particles& particles = *step.particles;
   const std::size_t count = at(block.size()) + block.halo.size();
-  s.poses.resize(count), s.path.resize(count);
+  s.bodies.resize(count), s.poses.resize(count), s.path.resize(count);
   for (std::size_t k = 0; k < count; ++k) {
     const std::size_t from = at(block.row_of(static_cast<Index>(4 * k)));
-    const PlacedShape body = placed(step.shapes, particles.shape[from], work.position[k], work.orientation[k]);
+    const PlacedShape& body = s.bodies[k] = placed(step.shapes, particles.shape[from], work.position[k], work.orientation[k]);
     const Vec3 inverse = body.shape->gauge.scale / body.size;
     PosedShape& pose = s.poses[k];
     for (int axis = 0; axis < 3; ++axis) pose.axis[axis] = row(body.axes.col(axis), inverse[axis]);
@@ -93,11 +90,7 @@ void pose_shapes(const StepContext& step, const ContactBlock& block, const Works
 void shape_pair_forces(const StepContext& step, const Kernels& kernels, const PairLaw& pair, CandidateList& list, ContactBlock& block, const Workspace& work) {
   Scratch& s = scratch();
   s.kept.clear(), s.candidate.clear(), s.touches.clear();
-  const Particles& particles = *step.particles;
-  const auto body = [&](Index offset) {
-    const std::size_t k = at(offset / 4);
-    return placed(step.shapes, particles.shape[at(block.row_of(offset))], work.position[k], work.orientation[k]);
-  };
+  const auto body = [&](Index offset) -> const PlacedShape& { return s.bodies[at(offset / 4)]; };
   const auto begin = [&](std::size_t k, const Vec3& normal, double overlap, const Vec3& arm_i) {
     const Index i = list.first[k] / 4, j = list.second[k] / 4, slot = list.slot[k];
     const Vec3 arm_j = arm_i + vec(work.position[at(i)]) - vec(work.position[at(j)]);
@@ -130,7 +123,7 @@ void shape_pair_forces(const StepContext& step, const Kernels& kernels, const Pa
     }
     const double paths = s.path[at(i)] + s.path[at(j)];
     if (paths < list.guess[k].w) continue;
-    const PlacedShape a = body(list.first[k]), b = body(list.second[k]);
+    const PlacedShape &a = body(list.first[k]), &b = body(list.second[k]);
     const ShapeContact c = meet(a, b, paths, list.guess[k]);
     if (!c.touching) continue;
     const double ri = bounded_radius(c.radius_first, a), rj = bounded_radius(c.radius_second, b);
@@ -144,7 +137,7 @@ void shape_pair_forces(const StepContext& step, const Kernels& kernels, const Pa
     const Meeting& met = s.meetings[m];
     const std::size_t k = at(s.candidate[m]);
     if (met.arm.w == 0) {
-      const PlacedShape a = body(list.first[k]), b = body(list.second[k]);
+      const PlacedShape &a = body(list.first[k]), &b = body(list.second[k]);
       const ShapeContact c = touch_from(a, b, vec(block.shaped[shaped_rows * at(list.slot[k])]));
       if (c.touching)
         found(k, c, a, b);

@@ -74,13 +74,12 @@ QUERN_INLINE void act_with_effects(const Law& law, const Extras& x, const Approa
     stiffness = greater(zero, stiffness + bond.stiffness);
     pull_off = T(1.5 * Adhesion::pi * x.adhesion.work) * radius;
     // The dashpot belongs to the face that is in contact, which the neck widens.
-    at.overlap = bond.radius * bond.radius / radius;
-    at.contact_radius = bond.radius;
+    Approach<T> wide = at;
+    wide.overlap = bond.radius * bond.radius / radius;
+    wide.contact_radius = bond.radius;
     NormalPart<T> face;
-    law.normal(at, face);
+    law.normal(wide, face);
     part.damping = face.damping, part.shared = face.shared;
-    at.overlap = reading.overlap;
-    at.contact_radius = square_root(radius * reading.overlap);
   }
   const T floor = x.adhesion.work > 0 ? T(-1e300) : T(lesser(zero, elastic));
   if (x.table.on()) {

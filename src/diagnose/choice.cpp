@@ -117,20 +117,24 @@ void Investigation::choose() {
   if (experiment_.steps.softness > 1) {
     settle_softness(named->fit);
     named = best_named();
-    if (named == nullptr) return unexplained(best_free());
   }
-  d_.remaining_p = remaining_of(*named);
+  // What the best name leaves is told by simulations: once for each that comes to be the best.
+  Remainder left;
+  const auto look_at_best = [&] {
+    named = best_named();
+    left = remainder_of(*named);
+    d_.remaining_p = left.p;
+  };
+  look_at_best();
   const auto better_free = [&] { return probability_of(true) > probability_of(false); };
   if (d_.remaining_p < second_look) {
     try_by_body();
     settle_noise();
-    named = best_named();
-    d_.remaining_p = remaining_of(*named);
+    look_at_best();
   }
   if (d_.remaining_p < second_look || better_free()) {
     try_pairs();
-    named = best_named();
-    d_.remaining_p = remaining_of(*named);
+    look_at_best();
   }
   for (std::size_t k = 0; k < std::min<std::size_t>(4, d_.ranking.size()); ++k) hold_out(d_.ranking[k]);
   named = best_named();
@@ -139,7 +143,7 @@ void Investigation::choose() {
   bool little_left = false;
   if (Tried* single = best_single(); single != nullptr && (named->effects.size() > 1 || d_.remaining_p < left_level || better_free())) {
     constexpr double most_of_it = 0.9;
-    double greatest = single->gain + gain_left(*single);
+    double greatest = single->gain + (single == named ? left : remainder_of(*single)).gain;
     for (const Tried& t : d_.ranking) greatest = std::max(greatest, t.gain);
     bool more = single->gain < most_of_it * greatest || d_.remaining_p < beyond_doubt;
     for (std::size_t k = 0; k < std::min<std::size_t>(3, d_.ranking.size()) && !more; ++k) more = &d_.ranking[k] != single && tells_more(d_.ranking[k], *single);

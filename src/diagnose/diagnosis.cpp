@@ -65,7 +65,7 @@ Diagnosis Investigation::run() {
     if (!enough_data()) return finish();
     // What steps err by depends on where the calibration leads, and the other way round.
     constexpr int most_turns = 4;
-    for (int turn = 0; turn < most_turns && look_for_numerics() > 0.3; ++turn) calibrate();
+    for (int turn = 0; turn < most_turns && look_for_numerics(d_.baseline) > 0.3; ++turn) calibrate();
     if (d_.numerical_error < 0.5 || refinement == most_refinements || !affordable()) break;
     experiment_.steps = experiment_.steps.finer(2);
     comparison_.correct({});
@@ -148,15 +148,15 @@ bool Investigation::enough_data() {
   return false;
 }
 
-double Investigation::look_for_numerics() {
+double Investigation::look_for_numerics(const Fit& about) {
   const StepControl stiff = experiment_.steps.stiff();
   Experiment plain = experiment_, halved = experiment_, quartered = experiment_;
   plain.steps = stiff, halved.steps = stiff.finer(2), quartered.steps = stiff.finer(4);
   std::vector<VectorXd> errors(experiment_.runs()), left(experiment_.runs());
-  const Alteration altered = comparison_.alteration_of(d_.baseline);
+  const Alteration altered = comparison_.alteration_of(about);
   comparison_.team().run(static_cast<int>(experiment_.runs()), [&](int place) {
     const auto run = static_cast<std::size_t>(place);
-    const std::vector<double>& unknowns = d_.baseline.unknowns[run];
+    const std::vector<double>& unknowns = about.unknowns[run];
     const VectorXd used = stacked(experiment_.predict(run, altered, unknowns));
     const VectorXd whole = experiment_.steps.softness > 1 ? stacked(plain.predict(run, altered, unknowns)) : used, half = stacked(halved.predict(run, altered, unknowns)),
                    quarter = stacked(quartered.predict(run, altered, unknowns));
@@ -167,11 +167,11 @@ double Investigation::look_for_numerics() {
   });
   double sum = 0, moved = 0;
   numerical_.clear();
-  Noise normal = d_.baseline.noise;
+  Noise normal = about.noise;
   for (ChannelNoise& one : normal) one.tail = 1e9;
   const auto size_of = [&](std::size_t run, const VectorXd& change) { return comparison_.whitened(run, without_slopes(change), normal).rest.squaredNorm(); };
   const std::vector<VectorXd>& before = comparison_.corrections();
-  for (const std::size_t run : d_.baseline.runs) {
+  for (const std::size_t run : about.runs) {
     sum += size_of(run, left[run]);
     moved += size_of(run, before.empty() ? errors[run] : VectorXd(errors[run] - before[run]));
     numerical_.push_back(left[run]);

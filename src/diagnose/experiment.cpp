@@ -297,10 +297,11 @@ Case Experiment::case_for(std::size_t r, const Alteration& altered, const std::v
 }
 
 // How much softer contacts may be: a body that lies still sinks in by no more than some thousandths of its radius.
-double Experiment::softness_at_rest(std::size_t r) const {
+double Experiment::softness_at_rest(std::size_t r, double most) const {
   constexpr double deepest = 3e-3;
   constexpr int settling = 600;  // steps
   for (const double softness : softnesses) {
+    if (softness > most) continue;
     Case c = case_of(prepared_[r].values);
     c.inserts[0].balls[0] = {prepared_[r].position, Vec3::Zero(), Vec3::Zero()};
     c.inserts[0].allowed_overlap = 1;
@@ -340,7 +341,7 @@ void Experiment::choose_steps() {
               duration > 50 * built.limit.limit;
     }
     const bool one_impact = recording_->kind == RecordingKind::contact || recording_->runs[r].conditions.count("impact_speed") > 0;
-    softness = lies ? std::min(softness, softness_at_rest(r)) : 1;
+    softness = lies ? softness_at_rest(r, softness) : 1;
     const double sound = lies ? 1.8 * built.limit.limit : one_impact ? 0.1 * built.limit.recommended : 0.6 * built.limit.limit;
     step = std::min({step, one_impact ? sound : std::max(asked.value_or(0), sound), duration / 50});
     longest = std::min(longest, duration / 100);

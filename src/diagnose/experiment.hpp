@@ -107,7 +107,7 @@ class Experiment {
   };
   void prepare(std::size_t run);
   void choose_steps();
-  double softness_at_rest(std::size_t run) const;
+  double softness_at_rest(std::size_t run, double most) const;
   Start start_of(std::size_t run, const std::vector<double>& unknowns) const;
   Case case_for(std::size_t run, const Alteration& altered, const std::vector<double>& unknowns) const;
   template <class Watcher>

@@ -41,10 +41,10 @@ class Investigation {
   // Other starts of the calibration, where it may have stopped in a valley of its own. Whether one was better.
   bool start_elsewhere();
   bool enough_data();
-  // Step 2: what finite steps (and softer contacts) err by at the baseline, of first and second order in them, is told from a half and a quarter of the step and taken off all
+  // Step 2: what finite steps (and softer contacts) err by at a fit, of first and second order in them, is told from a half and a quarter of the step and taken off all
   // predictions; what the second order was is taken for what is left (Richardson 1911).
   // Returns by how much that moved the predictions, in standard deviations of all samples together.
-  double look_for_numerics();
+  double look_for_numerics(const Fit& about);
   static VectorXd stacked(const Experiment::Prediction& prediction);
   // Whether runs of half the step would still take but milliseconds.
   bool affordable() const;
@@ -73,9 +73,14 @@ class Investigation {
   void choose_telling();
   // Steps 5 and 7: is anything left, and how each candidate would show.
   void judge_baseline();
-  // Chance that noise alone leaves as much as an explanation does; and what ln of likelihood the most telling direction might yet bring.
-  double remaining_of(const Tried& tried);
-  double gain_left(const Tried& tried);
+  struct Remainder {
+    double p = 1;     // chance that noise alone leaves as much
+    double gain = 0;  // ln of likelihood that the most telling direction might yet bring
+  };
+  // What an explanation leaves.
+  Remainder remainder_of(const Tried& tried) const;
+  // Holds a residual against directions and smooth courses; returns the scores of the directions, and in `gain` that of the best of all.
+  std::vector<Score> score_all(Residuals& residuals, const std::vector<Direction>& directions, const Fit& fit, double* gain = nullptr) const;
   // The noise is known better about the best explanation than about the baseline: is the baseline still refuted?
   bool still_refuted();
 

@@ -189,9 +189,8 @@ void Investigation::judge_baseline() {
   d_.baseline = d_.best = comparison_.fit(free_, {}, train_, &d_.baseline, noise_given());
   note("calibrated, under that noise", d_.baseline);
   Residuals residuals(comparison_, d_.baseline, numerical_);
-  scores_.clear(), d_.detectable.clear();
-  for (const Direction& direction : directions_) scores_.push_back(residuals.score(direction));
-  for (const Direction& direction : plain_directions(d_.baseline)) residuals.score(direction);
+  d_.detectable.clear();
+  scores_ = score_all(residuals, directions_, d_.baseline);
   d_.adequacy_p = residuals.family_p(options_.seed);
   choose_telling();
   independent_ = 0;
@@ -212,29 +211,31 @@ void Investigation::judge_baseline() {
   for (const auto& [name, one] : least) d_.detectable.push_back(one);
 }
 
-double Investigation::gain_left(const Tried& tried) {
-  Residuals residuals(comparison_, tried.fit, numerical_);
+std::vector<Score> Investigation::score_all(Residuals& residuals, const std::vector<Direction>& directions, const Fit& fit, double* gain) const {
+  std::vector<Score> scores;
+  for (const Direction& direction : directions) scores.push_back(residuals.score(direction));
   double most = 0;
-  for (const Direction& direction : directions_about(tried.fit, tried.effects)) most = std::max(most, residuals.score(direction).statistic - 1);
-  for (const Direction& direction : plain_directions(tried.fit)) {
+  for (const Score& score : scores) most = std::max(most, score.statistic - 1);
+  for (const Direction& direction : plain_directions(fit)) {
     const Score score = residuals.score(direction);
     most = std::max(most, score.statistic - score.degrees);
   }
-  return 0.5 * most;
+  if (gain != nullptr) *gain = 0.5 * most;
+  return scores;
 }
 
-double Investigation::remaining_of(const Tried& tried) {
+Investigation::Remainder Investigation::remainder_of(const Tried& tried) const {
   Residuals residuals(comparison_, tried.fit, numerical_);
-  for (const Direction& direction : directions_about(tried.fit, tried.effects)) residuals.score(direction);
-  for (const Direction& direction : plain_directions(tried.fit)) residuals.score(direction);
+  Remainder left;
+  score_all(residuals, directions_about(tried.fit, tried.effects), tried.fit, &left.gain);
   for (const Direction& direction : scaling_directions(tried.fit, tried.candidate)) residuals.score(direction);
-  return residuals.family_p(options_.seed + 1);
+  left.p = residuals.family_p(options_.seed + 1);
+  return left;
 }
 
 bool Investigation::still_refuted() {
   Residuals residuals(comparison_, d_.baseline, numerical_);
-  for (const Direction& direction : directions_) residuals.score(direction);
-  for (const Direction& direction : plain_directions(d_.baseline)) residuals.score(direction);
+  score_all(residuals, directions_, d_.baseline);
   d_.adequacy_p = residuals.family_p(options_.seed);
   return d_.adequacy_p <= family_level;
 }

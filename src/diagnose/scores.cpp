@@ -73,11 +73,7 @@ Residuals::Residuals(const Comparison& comparison, const Fit& fit, const std::ve
     movable.rightCols(1) = shared.col(static_cast<Row>(k));
   }
   if (!numerical.empty()) {
-    VectorXd error = stacked(numerical);
-    for (std::size_t r = 0; r < own_.size(); ++r) {
-      const VectorXd part = error.segment(first_[r], own_[r].rows());
-      error.segment(first_[r], own_[r].rows()) = part - own_[r] * (own_[r].transpose() * part);
-    }
+    const VectorXd error = without_own(stacked(numerical));
     if (error.allFinite() && error.norm() > 0.3) {
       movable.conservativeResize(Eigen::NoChange, movable.cols() + 1);
       movable.rightCols(1) = error / error.norm() * std::max(1.0, movable.cols() > 1 ? movable.leftCols(movable.cols() - 1).norm() : 1.0);
@@ -104,12 +100,20 @@ VectorXd Residuals::stacked(const std::vector<VectorXd>& column) const {
 }
 
 VectorXd Residuals::left_of(const std::vector<VectorXd>& column) const {
-  VectorXd all = stacked(column);
+  return unexplained(stacked(column));
+}
+
+VectorXd Residuals::without_own(VectorXd all) const {
   for (std::size_t r = 0; r < own_.size(); ++r) {
     const Row n = own_[r].rows();
     const VectorXd part = all.segment(first_[r], n);
     all.segment(first_[r], n) = part - own_[r] * (own_[r].transpose() * part);
   }
+  return all;
+}
+
+VectorXd Residuals::unexplained(VectorXd all) const {
+  all = without_own(std::move(all));
   return all - shared_ * (shared_.transpose() * all);
 }
 
@@ -198,15 +202,8 @@ double Residuals::family_p(std::uint64_t seed, int repetitions) const {
     }
     // As uncertain as the deviation is.
     const double spread = std::exp(random.normal() / std::sqrt(2 * degrees_left_));
-    double least = 1, whole = 0;
-    if (few_) {
-      for (std::size_t r = 0; r < own_.size(); ++r) {
-        const VectorXd part = noise.segment(first_[r], own_[r].rows());
-        noise.segment(first_[r], own_[r].rows()) = part - own_[r] * (own_[r].transpose() * part);
-      }
-      noise -= shared_ * (shared_.transpose() * noise).eval();
-      whole = noise.squaredNorm();
-    }
+    double least = 1;
+    const double whole = few_ ? unexplained(noise).squaredNorm() : 0;
     for (std::size_t k = 0; k < bases_.size(); ++k) {
       const VectorXd along = bases_[k].transpose() * noise / spread;
       const auto degrees = static_cast<int>(along.size());

@@ -48,6 +48,8 @@ class Residuals {
 
  private:
   Eigen::VectorXd stacked(const std::vector<Eigen::VectorXd>& column) const;  // independent and weighted
+  Eigen::VectorXd without_own(Eigen::VectorXd all) const;  // less what the unknowns of each run explain
+  Eigen::VectorXd unexplained(Eigen::VectorXd all) const;  // and less what the shared parameters do
 
   const Comparison* comparison_;
   const Fit* fit_;

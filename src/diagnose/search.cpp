@@ -64,11 +64,7 @@ void Investigation::settle_noise() {
 }
 
 void Investigation::settle_softness(const Fit& best) {
-  const Fit baseline = d_.baseline;
-  d_.baseline = best;
-  const double moved = look_for_numerics();
-  d_.baseline = baseline;
-  if (moved < 0.3) return;
+  if (look_for_numerics(best) < 0.3) return;
   d_.baseline = comparison_.fit(free_, {}, train_, &d_.baseline, noise_given());
   fit_again("with contacts as they are about the best explanation");
 }

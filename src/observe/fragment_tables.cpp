@@ -101,12 +101,18 @@ Table failure_table(const Bonds& bonds) {
            column("first", "1", "id of a grain", [](F f) { return f.first; }), column("second", "1", "id of the other", [](F f) { return f.second; })}};
 }
 
+// Places in a list, by its values; equal ones as they stand.
+std::vector<std::size_t> ascending(const std::vector<double>& values) {
+  std::vector<std::size_t> order(values.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return values[a] != values[b] ? values[a] < values[b] : a < b; });
+  return order;
+}
+
 // One row for each value that occurs, ascending, and the mass up to there.
 Table cumulative(const char* name, const char* description, const std::vector<Column>& heads, const std::vector<double>& values,
                  const std::vector<Fragment>& list, double whole) {
-  std::vector<std::size_t> order(values.size());
-  for (std::size_t k = 0; k < order.size(); ++k) order[k] = k;
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return values[a] != values[b] ? values[a] < values[b] : a < b; });
+  const std::vector<std::size_t> order = ascending(values);
   Column value = heads[0], fraction = heads[1];
   Column count{"fragments", "1", "of just that", {}, {}}, mass{"mass", "kg", "of those", {}, {}};
   double sum = 0;
@@ -131,6 +137,18 @@ Table size_table(const Sized& all, const std::optional<SchuhmannFit>& fit) {
     law.values.push_back(x >= fit->sieves.front() * (1 - 1e-9) && x <= fit->sieves.back() * (1 + 1e-9) ? fit->at(x) : std::nan(""));
   table.columns.push_back(law);
   return table;
+}
+
+ProductSize product_of(const Sized& all, double time) {
+  ProductSize product{time};
+  double finer = 0;
+  for (const std::size_t k : ascending(all.size)) {
+    const double before = finer;
+    finer += all.fragments.list[k].mass;
+    for (const auto& [share, size] : {std::pair(0.8, &product.d80), std::pair(0.5, &product.d50)})
+      if (const double wanted = share * all.fragments.mass; before < wanted && wanted <= finer) *size = all.size[k];
+  }
+  return product;
 }
 
 // As `quern grinding` takes it.
@@ -195,21 +213,7 @@ double t10(const Sized& all, const std::map<Index, double>& body_size, double sm
 
 }  // namespace
 
-ProductSize product_size(const Simulation& simulation) {
-  const Sized all = sized(simulation);
-  std::vector<std::size_t> order(all.size.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return all.size[a] != all.size[b] ? all.size[a] < all.size[b] : a < b; });
-  ProductSize product{simulation.clock.time()};
-  double finer = 0;
-  for (const std::size_t k : order) {
-    const double before = finer;
-    finer += all.fragments.list[k].mass;
-    for (const auto& [share, size] : {std::pair(0.8, &product.d80), std::pair(0.5, &product.d50)})
-      if (const double wanted = share * all.fragments.mass; before < wanted && wanted <= finer) *size = all.size[k];
-  }
-  return product;
-}
+ProductSize product_size(const Simulation& simulation) { return product_of(sized(simulation), simulation.clock.time()); }
 
 std::pair<std::vector<Headline>, std::vector<Table>> fragment_results(const FragmentView& view) {
   const Bonds& bonds = view.simulation.bonds;
@@ -219,7 +223,9 @@ std::pair<std::vector<Headline>, std::vector<Table>> fragment_results(const Frag
   for (const Fragment& f : all.fragments.list) masses.push_back(f.mass);
   const std::optional<SchuhmannFit> fit = fit_schuhmann(all.size, masses, grains.largest);
 
-  std::vector<Table> tables = {damage_table(view.series), fragment_table(all), size_table(all, fit), speed_table(all), product_table(view.sieved)};
+  std::vector<ProductSize> sieved = view.sieved;
+  if (const double now = view.simulation.clock.time(); sieved.empty() || sieved.back().time < now) sieved.push_back(product_of(all, now));
+  std::vector<Table> tables = {damage_table(view.series), fragment_table(all), size_table(all, fit), speed_table(all), product_table(sieved)};
   if (!bonds.failures.empty()) {
     tables.push_back(failure_table(bonds));
     tables.push_back(crack_table(bonds, view.direction, view.direction_name));

@@ -8,7 +8,7 @@ namespace quern {
 struct FragmentView {
   const Simulation& simulation;
   const std::vector<Damage>& series;          // up to this instant
-  const std::vector<ProductSize>& sieved;     // likewise
+  const std::vector<ProductSize>& sieved;     // until now; what is missing at this instant is added
   const std::map<Index, double>& body_size;   // sieve size at the start, by body [m]
   const Vec3& direction;                      // unit
   const std::string& direction_name;

@@ -94,9 +94,7 @@ void Fragmentation::finish(const Simulation& simulation) {
   if (!began) return;
   std::vector<Damage> all = series;
   if (all.empty() || all.back().time < simulation.clock.time()) all.push_back(damage_of(simulation));
-  std::vector<ProductSize> sieved = sizes;
-  if (sieved.empty() || sieved.back().time < simulation.clock.time()) sieved.push_back(product_size(simulation));
-  const FragmentView view{simulation, all, sieved, body_size, direction, direction_name};
+  const FragmentView view{simulation, all, sizes, body_size, direction, direction_name};
   std::tie(headlines_, tables_) = fragment_results(view);
 }
 

@@ -143,7 +143,7 @@ vtkNew<vtkPolyData> shapes_of(const Simulation& s) {
   for (const std::size_t i : order) {
     const SurfaceMesh& mesh = meshes[p.shape[i]];
     const Quad &q = p.orientation[i], &v = p.velocity[i];
-    const Mat3 axes = Rotation(q.w, q.x, q.y, q.z).toRotationMatrix() * (p.position[i].w / s.shapes[p.shape[i]].bounding_radius);
+    const Mat3 axes = rotation_of(q).toRotationMatrix() * (p.position[i].w / s.shapes[p.shape[i]].bounding_radius);
     const vtkIdType base = points->GetNumberOfPoints();
     for (const Vec3& corner : mesh.points) {
       points->InsertNextPoint(Vec3(vec(p.position[i]) + axes * corner).data());

@@ -7,8 +7,6 @@ namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-Rotation rotation(const Quad& q) { return {q.w, q.x, q.y, q.z}; }
-
 // By their series where an angle is as small as a step's.
 std::array<double, 2> sine_and_cosine(double angle) {
   const double s = angle * angle;
@@ -55,7 +53,7 @@ void turn_shapes(Particles& p, Index first, Index last, const Quad* before, doub
       p.momentum[at(i)].w += moved;
       continue;
     }
-    const Rotation old = rotation(before[i - first]);
+    const Rotation old = rotation_of(before[i - first]);
     const Vec3 torque = vec(p.angular_acceleration[at(i)]), momentum = vec(p.momentum[at(i)]);
     const Rotation q = turned_freely(old, momentum + 0.5 * time_step * torque, vec(p.inertia[at(i)]), time_step);
     p.orientation[at(i)] = {q.x(), q.y(), q.z(), q.w()};
@@ -75,11 +73,11 @@ void correct_momenta(Particles& p, Index first, Index last, const Torques& torqu
 
 void set_spins(Particles& p, Index first, Index last) {
   for (Index i = first; i < last; ++i)
-    if (p.shape[at(i)] != 0) set(p.spin[at(i)], spin_of(rotation(p.orientation[at(i)]), vec(p.momentum[at(i)]), vec(p.inertia[at(i)])));
+    if (p.shape[at(i)] != 0) set(p.spin[at(i)], spin_of(rotation_of(p.orientation[at(i)]), vec(p.momentum[at(i)]), vec(p.inertia[at(i)])));
 }
 
 void set_spin(Particles& p, Index row, const Vec3& spin) {
-  const Rotation q = rotation(p.orientation[at(row)]);
+  const Rotation q = rotation_of(p.orientation[at(row)]);
   const Vec3 own = q.conjugate() * spin;
   set(p.momentum[at(row)], q * own.cwiseProduct(vec(p.inertia[at(row)])));
   set(p.spin[at(row)], spin);

@@ -6,8 +6,6 @@
 namespace quern {
 namespace {
 
-Quad row(const Vec3& v, double companion = 0) { return {v.x(), v.y(), v.z(), companion}; }
-
 bool is_cylinder(const Revolved& r) { return r.radius_0 == r.radius_1; }
 bool is_disc(const Revolved& r) { return r.z_0 == r.z_1; }
 
