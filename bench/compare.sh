@@ -1,15 +1,16 @@
 #!/usr/bin/env bash
-# bench/compare.sh [--quick] [--yade] [--cpu-time] [--cores N] [--repeats N] [--out DIR]
+# bench/compare.sh [--quick] [--yade] [--cpu-time] [--cores N] [--repeats N] [--only WORK] [--out DIR]
 # The same work with quern, LIGGGHTS and LAMMPS (and YADE where asked), from the same positions, alternating, on one core and two.
 #   --quick      a drum of 10,000 balls, few steps: under three minutes
 #   --cores N    at most so many
+#   --only WORK  just one of drum, bed, agglomerate
 #   --cpu-time   one-core speeds per second of processor time: for a machine that others use too
 # Writes DIR/results.csv (every run), DIR/physics.csv and DIR/table.md; prints the tables.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(dirname "$here")
 out=$root/build/compare
-quick=no yade=no cpu_time=no repeats= most_cores=2
+quick=no yade=no cpu_time=no repeats= most_cores=2 only=
 while [ $# -gt 0 ]; do
   case $1 in
     --quick) quick=yes ;;
@@ -17,8 +18,9 @@ while [ $# -gt 0 ]; do
     --cpu-time) cpu_time=yes ;;
     --cores) most_cores=$2; shift ;;
     --repeats) repeats=$2; shift ;;
+    --only) only=$2; shift ;;
     --out) out=$2; shift ;;
-    *) sed -n 2,7p "$0" | cut -c3-; exit 2 ;;
+    *) sed -n 2,8p "$0" | cut -c3-; exit 2 ;;
   esac
   shift
 done
@@ -55,6 +57,13 @@ if [ "$quick" = yes ]; then
 else
   works=("drum 10000 1.5 2000" "drum 100000 1.5 200" "bed 32000 0.5 500" "agglomerate 10000 0 1000")
   skins=(0.0005 0.001 0.0015 0.002 0.003) repeats=${repeats:-5}
+fi
+
+if [ -n "$only" ]; then
+  chosen=()
+  for work in "${works[@]}"; do [ "${work%% *}" = "$only" ] && chosen+=("$work"); done
+  [ ${#chosen[@]} -gt 0 ] || { echo "--only $only: no such work among: ${works[*]%% *}" >&2; exit 2; }
+  works=("${chosen[@]}")
 fi
 
 load=$(cut -d' ' -f1 /proc/loadavg)
