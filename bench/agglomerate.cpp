@@ -34,7 +34,7 @@ Simulation make_agglomerate(const Options& options, const State& state, double& 
   const Material stone{"grain", state.density, grain_young, poisson};
   s.materials = {stone};
   s.species = {{"grain", 0}};
-  s.pair_laws = {{HertzMindlin{effective_young(stone, stone), effective_shear(stone, stone), hertz_damping_ratio(restitution), friction}, {}}};
+  s.pair_laws = {{HertzMindlin{effective_young(stone, stone), effective_shear(stone, stone), hertz_damping_ratio(restitution), friction}, {}, {}}};
   s.pair_kind = {0};
   s.gravity = Vec3(0, 0, -9.81);
   s.clock.time_step = agglomerate_time_step;

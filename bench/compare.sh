@@ -29,6 +29,22 @@ out=$(cd "$out" && pwd)
 cores=$(nproc)
 export OMP_NUM_THREADS=1 LC_ALL=C
 
+# --- the works: name balls settle[s] steps ---
+if [ "$quick" = yes ]; then
+  works=("drum 10000 0.5 800")
+  skins=(0.0005 0.001 0.002) repeats=${repeats:-3}
+else
+  works=("drum 10000 1.5 2000" "drum 100000 1.5 200" "bed 32000 0.5 500" "agglomerate 10000 0 1000")
+  skins=(0.0005 0.001 0.0015 0.002 0.003) repeats=${repeats:-5}
+fi
+
+if [ -n "$only" ]; then
+  chosen=()
+  for work in "${works[@]}"; do [ "${work%% *}" = "$only" ] && chosen+=("$work"); done
+  [ ${#chosen[@]} -gt 0 ] || { echo "--only $only: no such work among: ${works[*]%% *}" >&2; exit 2; }
+  works=("${chosen[@]}")
+fi
+
 # --- the programs ---
 install() {  # PACKAGE PROGRAM
   command -v "$2" > /dev/null && return 0
@@ -48,22 +64,6 @@ if [ -z "${QUERN_BENCH:-}" ]; then
   [ -x "$root/.ci/prepare" ] && "$root/.ci/prepare" release > "$out/prepare.log" 2>&1
   (cd "$root" && cmake --preset release -DQUERN_BENCH=ON && cmake --build --preset release --target quern_bench) > "$out/build.log" 2>&1 ||
     { echo "quern's bench program does not build; see $out/build.log" >&2; exit 1; }
-fi
-
-# --- the works: name balls settle[s] steps ---
-if [ "$quick" = yes ]; then
-  works=("drum 10000 0.5 800")
-  skins=(0.0005 0.001 0.002) repeats=${repeats:-3}
-else
-  works=("drum 10000 1.5 2000" "drum 100000 1.5 200" "bed 32000 0.5 500" "agglomerate 10000 0 1000")
-  skins=(0.0005 0.001 0.0015 0.002 0.003) repeats=${repeats:-5}
-fi
-
-if [ -n "$only" ]; then
-  chosen=()
-  for work in "${works[@]}"; do [ "${work%% *}" = "$only" ] && chosen+=("$work"); done
-  [ ${#chosen[@]} -gt 0 ] || { echo "--only $only: no such work among: ${works[*]%% *}" >&2; exit 2; }
-  works=("${chosen[@]}")
 fi
 
 load=$(cut -d' ' -f1 /proc/loadavg)

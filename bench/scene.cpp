@@ -135,7 +135,7 @@ Simulation make_scene(const Options& options, const State& state) {
   const Material steel{"ball", state.density, young, poisson};
   s.materials = {steel};
   s.species = {{"ball", 0}};
-  s.pair_laws = {{HertzMindlin{effective_young(steel, steel), effective_shear(steel, steel), hertz_damping_ratio(restitution), friction}, {}}};
+  s.pair_laws = {{HertzMindlin{effective_young(steel, steel), effective_shear(steel, steel), hertz_damping_ratio(restitution), friction}, {}, {}}};
   s.pair_kind = {0};
   s.domain = domain_of(options, state);
   s.gravity = gravity_of(options);
