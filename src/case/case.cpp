@@ -423,6 +423,7 @@ Case case_of(const Values& v) {
   c.output = {v.number("output.frames"), v.number("output.energy"), v.flag("output.paraview"), v.flag("output.trajectory"), v.flag("output.pictures"), std::move(c.output.stages)};
   c.instrument = read_instrument(v);
   c.observe = read_observers(v, c);
+  c.observe.drive = {v.number("mill.bearing_torque"), v.number("mill.gear_loss")};
 
   return c;
 }

@@ -12,7 +12,7 @@ void refuse_keys_of_others(const Values& v, const std::string& type) {
     const char *key, *type;
   };
   constexpr Own keys[] = {{"mill.speed_fraction", "tumbling"},   {"mill.length_ratio", "tumbling"},    {"mill.lifters.height", "tumbling"},
-                          {"mill.lifters.width", "tumbling"},    {"mill.disc_diameter", "planetary"},  {"mill.speed_ratio", "planetary"},
+                          {"mill.lifters.width", "tumbling"},    {"mill.campaign_time", "tumbling"},   {"mill.disc_diameter", "planetary"},  {"mill.speed_ratio", "planetary"},
                           {"mill.vial_file", "planetary"},       {"mill.shaft.diameter", "stirred"},   {"mill.discs.diameter", "stirred"},
                           {"mill.discs.thickness", "stirred"},   {"mill.discs.spacing", "stirred"},    {"mill.discs.hole_diameter", "stirred"},
                           {"mill.discs.hole_circle", "stirred"}, {"mill.pins.diameter", "stirred"},    {"mill.pins.tip_circle", "stirred"},
@@ -20,6 +20,17 @@ void refuse_keys_of_others(const Values& v, const std::string& type) {
                           {"mill.stirrer_material", "stirred"},  {"mill.vessel_file", "stirred"}};
   for (const auto& [key, owner] : keys)
     if (type != owner && v.has(key)) v.refuse(key, fmt::format("a {} mill has none; allowed is to leave it out", type));
+  for (const char* key : {"mill.bearing_torque", "mill.gear_loss"})
+    if (type == "planetary" && v.has(key)) v.refuse(key, "the two drives of a planetary mill are without losses here; allowed is to leave it out");
+}
+
+// What wear leaves of the lifters.
+double worn_height(const Values& v) {
+  const double height = v.number("mill.lifters.height");
+  const double worn = v.number("mill.lifters.wear") + v.number("mill.lifters.wear_rate") * v.number("mill.campaign_time");
+  constexpr double least = 0.02;  // of its height must be left of a lifter
+  if (worn > (1 - least) * height) v.refuse("mill.lifters.height", fmt::format("found {:g} m, of which {:g} m are worn off; allowed is to wear at most {:g} % off", height, worn, 100 * (1 - least)));
+  return height - worn;
 }
 
 // What every kind of mill has.
@@ -63,7 +74,7 @@ TumblingMill read_tumbling(const Values& v, const std::vector<std::string>& mate
   mill.lifters.count = static_cast<int>(v.whole("mill.lifters.count"));
   if (mill.lifters.count > 0) {
     require(v, "mill.lifters", "height", "lifters"), require(v, "mill.lifters", "width", "lifters");
-    mill.lifters.height = v.number("mill.lifters.height");
+    mill.lifters.height = worn_height(v);
     mill.lifters.width = v.number("mill.lifters.width");
     mill.lifters.face_angle = v.number("mill.lifters.face_angle");
     const std::string shape = v.text("mill.lifters.shape");

@@ -414,6 +414,7 @@ std::string complete_case(const Values& values) {
       const bool pair_default = table.size() == 2 && (table[0] == "pair" || table[0] == "bond") && path[0] == table[0];
       if (!pair_default && path.size() != table.size() + 1) continue;
       if (path.back() == "<key>") {
+        if (table_of(path) != table) continue;
         for (const auto& [given, value] : values.given)
           if (value.key == &key) text += fmt::format("\"{}\" = {}\n", given.back(), as_toml(value));
         continue;

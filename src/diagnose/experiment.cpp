@@ -141,7 +141,9 @@ Experiment::Experiment(Values base, const Recording& recording) : base_(std::mov
   choose_steps();
 }
 
-Parameter Experiment::parameter(const std::string& key) const {
+Parameter Experiment::parameter(const std::string& key) const { return parameter_of(base_, key); }
+
+Parameter parameter_of(const Values& base, const std::string& key) {
   Parameter p;
   p.name = key;
   p.path = sorted_pair(split_path(key));
@@ -154,18 +156,18 @@ Parameter Experiment::parameter(const std::string& key) const {
     else found = nullptr;
   }
   if (found == nullptr || (found->kind != KeyKind::number && p.component < 0))
-    base_.refuse("diagnose.free", fmt::format("found \"{}\", which is no number of a case; the nearest known key is {}", key, nearest_key(split_path(key))));
+    base.refuse("diagnose.free", fmt::format("found \"{}\", which is no number of a case; the nearest known key is {}", key, nearest_key(split_path(key))));
   const std::string path = join_path(p.path);
-  if (p.component >= 0) p.value = base_.vector(path)[p.component];
-  else if (base_.has(path)) p.value = base_.number(path);
-  else if (found->fallback[0] != 0 && !found->required()) p.value = base_.number(path);
-  else base_.refuse("diagnose.free", fmt::format("found \"{}\", which the case does not give; allowed are keys that it gives", key));
+  if (p.component >= 0) p.value = base.vector(path)[p.component];
+  else if (base.has(path)) p.value = base.number(path);
+  else if (found->fallback[0] != 0 && !found->required()) p.value = base.number(path);
+  else base.refuse("diagnose.free", fmt::format("found \"{}\", which the case does not give; allowed are keys that it gives", key));
   const double size = std::abs(p.value);
   p.lower = std::max(found->range.least, p.value == 0 ? -no_bound : p.value - 0.9 * size);
   p.upper = std::min(found->range.most, p.value == 0 ? no_bound : p.value + 9 * size);
   if (found->range.least >= 0 && p.value > 0) p.lower = std::max(p.lower, 0.1 * p.value);
   const std::string bounds = "diagnose.bounds";
-  for (const auto& [given, value] : base_.given) {
+  for (const auto& [given, value] : base.given) {
     if (given.size() != 3 || given[0] != "diagnose" || given[1] != "bounds" || sorted_pair(split_path(given[2])) != sorted_pair(split_path(key))) continue;
     const auto& ends = std::get<std::vector<double>>(value.data);
     if (ends.size() != 2 || !(ends[0] < ends[1]))

@@ -55,6 +55,9 @@ struct Alteration {
 };
 void alter(Values& values, const Alteration& altered);
 
+// The parameter that a key of a case names, within its own range and a factor ten, unless diagnose.bounds tells otherwise. Throws InputError.
+Parameter parameter_of(const Values& base, const std::string& key);
+
 class Experiment {
  public:
   // Checks that the case is of one body whose motion the recording can show. Throws InputError.
@@ -71,7 +74,6 @@ class Experiment {
   double radius(std::size_t run) const { return prepared_[run].radius; }
   double start_time(std::size_t run) const { return prepared_[run].start; }  // of the recording, at which the simulation begins [s]
 
-  // The parameter that a key of the case names, within its own range and a factor ten, unless told otherwise. Throws InputError.
   Parameter parameter(const std::string& key) const;
 
   // What the recording of that run would have shown, series by series; NaN where the simulation fails.

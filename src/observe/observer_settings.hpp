@@ -18,6 +18,13 @@ struct MillAxis {
   double lifter_height = 0;     // [m]
 };
 
+// What the drive must give beside what the charge takes.
+struct DriveLoss {
+  double bearing_torque = 0;    // at any speed and filling [N m]
+  double gear_loss = 0;         // as a part of the power that the gears hand on
+  bool any() const { return bearing_torque > 0 || gear_loss > 0; }
+};
+
 // A straight line in the mill's cross-section along which the mean velocity is read off: through `point`, along `direction`.
 struct ProfileLine {
   Vec3 point = Vec3::Zero();
@@ -35,6 +42,7 @@ struct ObserverSettings {
   double start_time = -1;
 
   std::optional<MillAxis> mill;       // without it: no torque, no angles; forces and spectra only
+  DriveLoss drive;                    // of `mill`
   std::optional<PlanetaryMill> planetary;  // whose disc is the first of the frames; then there is no `mill`
   std::vector<int> driven_walls;      // whose torque makes the power; empty: every wall that a frame moves
   std::vector<int> shell_walls;       // whose summed force is the force on the shell; empty: as driven_walls

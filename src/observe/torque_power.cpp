@@ -120,13 +120,23 @@ std::vector<Headline> TorquePower::headlines(const ObserverSettings& settings) c
     lines.push_back({key, average.mean, unit, average.ci95, description});
   };
   const BlockAverage by_torque = steady(power), by_ledger = steady(ledger_power), by_walls = steady(wall_power);
-  if (settings.mill) add("torque", steady(torque), "N m", "torque of the drive on the driven walls about the mill's axis");
+  // Of the drive, with what it loses on the way to the charge.
+  const DriveLoss& loss = settings.drive;
+  const double speed = settings.mill ? std::abs(settings.mill->speed) : 0;
+  const auto driven = [&](BlockAverage average, double bearings) {
+    const auto with_losses = [&](double x) { return (x + bearings) * (1 + loss.gear_loss); };
+    average.mean = with_losses(average.mean);
+    if (average.ci95) average.ci95 = {{with_losses((*average.ci95)[0]), with_losses((*average.ci95)[1])}};
+    return average;
+  };
+  if (settings.mill) add("torque", driven(steady(torque), loss.bearing_torque), "N m", "torque of the drive on the driven walls about the mill's axis");
   if (settings.planetary) {
     add("torque", steady(torque), "N m", "torque of the drive about the disc's axis, in the sense in which the disc turns");
     add("vial_torque", steady(vial_torque), "N m", "torque of the drive on all vials about their own axes, in the sense in which they turn on the disc");
     add("vial_power", steady(vial_power), "W", "vial_torque times the speed of the vials against the disc; the rest of the power is torque times the disc's speed");
   }
-  add("power", by_torque, "W", "torque on the driven walls times their angular speed");
+  add("power", driven(by_torque, loss.bearing_torque * speed), "W", loss.any() ? "of the drive: torque on the driven walls times their angular speed, and what bearings and gears take" : "torque on the driven walls times their angular speed");
+  if (loss.any()) add("power_charge", by_torque, "W", "torque of the charge on the driven walls times their angular speed");
   add("power_ledger", by_ledger, "W", "energy taken up by the charge per second, dissipated and stored, by the energy ledger");
   add("power_walls", by_walls, "W", "work of all walls on the particles per second, by the energy ledger");
   if (by_torque.mean != 0)
