@@ -26,9 +26,18 @@ void check(const BondMaterial& m) {
     if (!(value >= 0 && value <= 1)) refuse(what, value, "from 0 to 1, a fraction of critical");
   positive("the tensile strength", m.strength.tensile);
   positive("the shear strength", m.strength.shear);
+  if (m.strength.rate_exponent != 0) positive("the rate of strain at which its strength is as given", m.strength.reference_rate);
+  if (m.strength.size_exponent != 0) positive("the size of a body at which its strength is as given", m.strength.reference_size);
   if (m.strength.distribution == StrengthDistribution::weibull) positive("the Weibull modulus of its strength", m.strength.modulus);
   if (m.strength.distribution == StrengthDistribution::normal && !(m.strength.deviation >= 0 && m.strength.deviation <= 1))
     refuse("the relative standard deviation of its strength", m.strength.deviation, "from 0 to 1");
+}
+
+double body_factor(const BondStrength& strength, double size, double rate) {
+  double factor = 1;
+  if (strength.rate_exponent != 0 && rate > strength.reference_rate) factor *= std::pow(rate / strength.reference_rate, strength.rate_exponent);
+  if (strength.size_exponent != 0) factor *= std::pow(size / strength.reference_size, -strength.size_exponent);
+  return factor;
 }
 
 double strength_factor(const BondStrength& strength, std::uint64_t seed, Index first_id, Index second_id) {

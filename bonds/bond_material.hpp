@@ -15,7 +15,14 @@ struct BondStrength {
   double shear = 1e300;    // τ_max, likewise [Pa]
   double deviation = 0;    // normal: standard deviation over the mean [-]; negative strengths are drawn again
   double modulus = 0;      // weibull: the shape m of 1 − exp(−(σ/scale)^m) [-]
+  double rate_exponent = 0;   // n: a body that is strained faster than the reference is (rate/reference)^n times as strong [-]
+  double reference_rate = 1;  // [1/s]
+  double size_exponent = 0;   // q: a body is (size/reference)^(−q) times as strong; of weakest links q = 3/m (Weibull 1939) [-]
+  double reference_size = 0;  // [m]
 };
+
+// By what the strength of all bonds of a body is multiplied, for its size [m] and the nominal rate of strain [1/s]: speed of impact over size.
+double body_factor(const BondStrength& strength, double size, double rate);
 
 // Fractions of the critical damping of the two grains on each of the four springs [-].
 struct BondDamping {

@@ -170,9 +170,12 @@ TEST_CASE("repeats of a mill curve become means whose noise is their scatter", "
   const MachineRecording recording = read_machine_recordings({file});
   REQUIRE(recording.rows.size() == 2);
   CHECK(recording.rows[1].conditions.at("speed") == Approx(2 * M_PI));
-  CHECK(recording.rows[1].readings.front().value == Approx(11));
-  // Squares about the means: 2 in all, two degrees of freedom, two repeats.
-  CHECK(recording.rows[1].readings.front().deviation == Approx(std::sqrt(2.0 / 2 / 2)));
+  const MachineExperiment experiment(read_values(folder.write("case.toml", mill), {}), recording);
+  const auto& sites = experiment.channels().front().sites;
+  REQUIRE(sites.size() == 2);
+  CHECK(sites[1].value == Approx(11));
+  // Its own squares, 2 with one degree of freedom, and the channel's variance, 2/2, that counts for three; two repeats.
+  CHECK(sites[1].deviation == Approx(std::sqrt((2 + 3 * 1.0) / (1 + 3) / 2)));
 }
 
 TEST_CASE("recordings of machines that cannot be read say where and why", "[diagnose][machine]") {

@@ -28,6 +28,13 @@ BondCase read_bond(const Values& v, const std::string& a, const std::string& b, 
   if (const auto strength = v.number_if(t + ".shear_strength")) m.strength.shear = *strength;
   const std::string law = v.text(t + ".strength");
   m.strength.deviation = v.number(t + ".deviation");
+  m.strength.rate_exponent = v.number(t + ".rate_exponent");
+  m.strength.reference_rate = v.number(t + ".reference_rate");
+  m.strength.size_exponent = v.number(t + ".size_exponent");
+  if (m.strength.size_exponent != 0) {
+    require(v, t, "reference_size", "a strength that depends on the size of the body");
+    m.strength.reference_size = v.number(t + ".reference_size");
+  }
   if (law == "normal") m.strength.distribution = StrengthDistribution::normal;
   if (law == "weibull") {
     m.strength.distribution = StrengthDistribution::weibull;

@@ -69,9 +69,14 @@ void Bodies::add(std::size_t agglomerate, const Vec3& centre, const Mat3& turn, 
     set(particles.spin[row], spin);
   }
   particles.keep_orientations();
+  const double size = 2 * one.reach, rate = velocity.norm() / size;
   try {
-    for (const auto& [i, j] : one.pairs)
-      bond_particles(simulation_.bonds, particles, simulation_.domain, first + i, first + j, material_of(c, one.grains[at(i)].species, one.grains[at(j)].species), case_.seed);
+    for (const auto& [i, j] : one.pairs) {
+      const Index material = material_of(c, one.grains[at(i)].species, one.grains[at(j)].species);
+      const Index bond = bond_particles(simulation_.bonds, particles, simulation_.domain, first + i, first + j, material, case_.seed);
+      const double factor = body_factor(simulation_.bonds.materials[at(material)].strength, size, rate);
+      if (factor != 1) simulation_.bonds.list[at(bond)].tensile_strength *= factor, simulation_.bonds.list[at(bond)].shear_strength *= factor;
+    }
   } catch (const InputError& e) {
     if (std::string_view(e.what()).find("agglomerate.") != std::string_view::npos) throw;
     refuse(c.where, "agglomerate." + c.name, e.what());

@@ -51,7 +51,7 @@ int compare_machine(const DiagnoseWords& words, const Values& values) {
     write_machine_diagnosis(experiment, diagnosis, directory);
     std::vector<std::string> skipped;
     if (!words.no_pictures) skipped = write_machine_report(experiment, diagnosis, directory);
-    tell(words, diagnosis, recording.remarks, skipped, directory);
+    tell(words, diagnosis, experiment.remarks(), skipped, directory);
   } catch (const Stopped& stopped) {
     if (!words.options.quiet) fmt::print("Stopped; the runs that finished are kept in {}, and the same command goes on from there.\n", directory + "/runs");
     return 128 + stopped.signal;

@@ -380,6 +380,8 @@ std::vector<EffectEntry> all_effects() {
       {"bearing_torque", "mill.bearing_torque, mill.gear_loss", "power in proportion to the speed (gears: to the power), and no angle moves", "the empty mill", ""},
       {"lifter_wear", "mill.lifters.wear, mill.lifters.wear_rate", "less lift; grows with the time in use", "the height of the lifters, measured", ""},
       {"bond_strength_scatter", "bond.<a>.<b>.strength, .deviation, .modulus", "the curve of breakage rises over a wider range of energies, about the same middle", "repeats of one impact", "Weibull 1951"},
+      {"rate_dependent_strength", "bond.<a>.<b>.rate_exponent, .reference_rate", "fast impacts break less than slow ones foretell; at one energy light and fast differs from heavy and slow", "the same energy by another mass", "Kipp, Grady & Chen 1980"},
+      {"size_effect", "bond.<a>.<b>.size_exponent, .reference_size", "the curve of breakage shifts with the size of the body", "another size at one speed", "Weibull 1939"},
       {"sensor_offset", "instrument.<channel>.offset", "there before anything happens", "the reading at rest", ""},
       {"sensor_gain", "instrument.<channel>.gain", "all of a channel by one factor", "a known length or load", ""},
       {"sensor_lag", "instrument.<channel>.lag", "behind in proportion to the rate", "a step", ""},

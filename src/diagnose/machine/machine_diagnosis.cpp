@@ -51,13 +51,13 @@ class MachineInvestigation {
     calibrate();
     candidates_ = machine_candidates(experiment_);
     judge_baseline();
-    if (d_.adequacy_p > second_look) {
+    // A body that breaks is simulated in a second: there the sharper question is always asked.
+    if (experiment_.packings() == 1 && d_.adequacy_p > second_look) {
       nothing_more();
     } else {
       screen();
       judge_baseline();
-      if (d_.adequacy_p > family_level) nothing_more();
-      else explain();
+      explain();
     }
     return finish();
   }
@@ -216,7 +216,7 @@ class MachineInvestigation {
       const double largest = told.recorded.cwiseAbs().maxCoeff();
       // The mean of log χ² lies below log of its mean: a few numbers tend to look quieter than they are.
       const auto left = static_cast<double>(n - qr.rank());
-      model_.set_noise(c, std::max(channel.logarithmic ? 0.02 : 1e-3 * largest, std::sqrt(squares / std::max(1.0, left - 1))));
+      model_.set_noise(c, std::max(channel.scale == Scale::logarithm ? 0.02 : 1e-3 * largest, std::sqrt(squares / std::max(1.0, left - 1))));
       any = true;
     }
     return any;
@@ -446,13 +446,26 @@ class MachineInvestigation {
     e.held_out_gain = model_.log_likelihood(with) - model_.log_likelihood(without);
   }
 
+  // The chance that the best of all explanations would gain as much in noise alone, by the law of large numbers (Wilks 1938), one-sided, for as many as were tried.
+  double chance_of_gain() const {
+    double most = 0;
+    int count = 0;
+    for (const Explanation& e : tried_)
+      if (!e.rival && !e.free_form && e.effects.size() == 1) most = std::max(most, e.gain), ++count;
+    return std::min(1.0, count * normal_above(std::sqrt(2 * most)));
+  }
+
   // Steps 8 to 11.
   void explain() {
     tried_.clear();
     for (const MachineCandidate& c : candidates_)
       if (!c.parameter.simulated() || c.parameter.dimension >= 0) tried_.push_back(explain_by({&c}, 0));
     weigh();
+    // Filters look from where the calibration has come to rest; an explanation may lie far from there.
+    if (std::min(d_.adequacy_p, chance_of_gain()) > family_level) return nothing_more();
     refine_best(3);
+    d_.adequacy_p = std::min(d_.adequacy_p, chance_of_gain());
+    if (d_.adequacy_p > family_level) return nothing_more();
     const auto look = [&] {
       const Explanation* named = best_named();
       d_.remaining_p = named != nullptr ? left_over(named->fit) : 0;
@@ -591,7 +604,7 @@ class MachineInvestigation {
     double most = 0;
     for (std::size_t c = 0; c < experiment_.channels().size(); ++c) {
       const RecordedChannel& channel = experiment_.channels()[c];
-      const bool by_energy = channel.logarithmic;
+      const bool by_energy = channel.scale == Scale::logarithm;
       struct Point {
         double at, rest;
       };

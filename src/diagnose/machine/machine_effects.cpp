@@ -5,6 +5,7 @@
 #include <numbers>
 #include <set>
 #include "src/base/error.hpp"
+#include "src/case/build.hpp"
 
 namespace quern {
 namespace {
@@ -146,14 +147,53 @@ class Collector {
     if (MachineCandidate* c = add("bearing_torque", "gears", {"mill.gear_loss"}, 0, 0, 1, 0.05)) c->parameter.acts = MachineParameter::Acts::gear_loss;
   }
 
+  std::vector<std::string> bond_tables() const {
+    std::vector<std::string> all = tables_of_two(base_, "bond");
+    if (base_.has_table("bond.default")) all.push_back("bond.default");
+    return all;
+  }
+
+  // About the middle of what was recorded, so that the strengths themselves need not move with the exponents.
+  void size_effects() {
+    std::vector<double> speeds, sizes;
+    for (std::size_t r = 0; r < experiment_.recording().rows.size(); ++r) {
+      const Case c = case_of(experiment_.values_of(r, {}));
+      const Built built = build_case(c);
+      const Particles& grains = built.simulation.particles;
+      double fastest = 0, reach = 0;
+      Vec3 centre = Vec3::Zero();
+      for (Index i = 0; i < grains.owned; ++i) centre += vec(grains.position[static_cast<std::size_t>(i)]) / grains.owned;
+      for (Index i = 0; i < grains.owned; ++i) {
+        const auto row = static_cast<std::size_t>(i);
+        fastest = std::max(fastest, vec(grains.velocity[row]).norm());
+        reach = std::max(reach, (vec(grains.position[row]) - centre).norm() + grains.position[row].w);
+      }
+      speeds.push_back(fastest), sizes.push_back(2 * reach);
+    }
+    if (sizes.empty()) return;
+    const auto middle = [](std::vector<double> all) { std::sort(all.begin(), all.end()); return all[all.size() / 2]; };
+    const auto varies = [](const std::vector<double>& all) { return *std::max_element(all.begin(), all.end()) > 1.05 * *std::min_element(all.begin(), all.end()); };
+    std::vector<std::string> rates, exponents;
+    std::vector<Setting> slow, usual;
+    for (const std::string& bond : bond_tables()) {
+      rates.push_back(bond + ".rate_exponent"), exponents.push_back(bond + ".size_exponent");
+      slow.push_back({bond + ".reference_rate", 0.1 * middle(speeds) / middle(sizes)});
+      usual.push_back({bond + ".reference_size", middle(sizes)});
+    }
+    if (varies(speeds) && middle(speeds) > 0) add("rate_dependent_strength", "as a power of the rate of strain", rates, 0, 0, 1, 0.1, slow);
+    if (varies(sizes)) add("size_effect", "as a power of the size", exponents, 0, -1, 3, 0.2, usual);
+  }
+
   void bonds() {
+    if (bond_tables().empty()) return;
     std::vector<std::string> keys;
     std::vector<Setting> settings;
-    for (const std::string& bond : tables_of_two(base_, "bond")) {
+    for (const std::string& bond : bond_tables()) {
       if (base_.has(bond + ".strength") && base_.text(bond + ".strength") != "constant") return;
       keys.push_back(bond + ".deviation");
       settings.push_back({bond + ".strength", std::string("normal")});
     }
+    size_effects();
     add("bond_strength_scatter", "normal about the mean", keys, 0, 0, 1, 0.3, settings);
   }
 
@@ -163,14 +203,14 @@ class Collector {
       for (const auto& site : channel.sites) largest = std::max(largest, std::abs(site.value));
       MachineParameter p;
       p.channel = channel.label();
-      if (!channel.logarithmic) {
+      if (channel.scale == Scale::linear) {
         p.acts = MachineParameter::Acts::offset;
         p.key = channel.label() + ".offset", p.unit = machine_channel(channel.name).unit;
         p.null = 0, p.scale = 0.02 * largest, p.lower = -largest, p.upper = largest;
         found_.push_back({"sensor_offset", channel.label(), p});
       }
-      const bool angle = channel.name == "shoulder" || channel.name == "toe";
-      if (angle) continue;  // a protractor has no gain
+      // A protractor has no gain, and shares are counted.
+      if (channel.name == "shoulder" || channel.name == "toe" || channel.scale == Scale::share) continue;
       p.acts = MachineParameter::Acts::gain;
       p.key = channel.label() + ".gain", p.unit = "1";
       p.null = 1, p.scale = 0.03, p.lower = 0.3, p.upper = 3;

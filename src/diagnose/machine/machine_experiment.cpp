@@ -50,7 +50,50 @@ void find_edges(std::vector<RecordedChannel::Site>& sites) {
   }
 }
 
+// Repeats become their mean. How far they lie apart tells the noise, their own as far as there are enough and that of the whole channel as far as there are not,
+// where that is more than is claimed for it. Returns how many were joined.
+int join_repeats(RecordedChannel& channel) {
+  std::vector<std::vector<RecordedChannel::Site>> groups;
+  for (const RecordedChannel::Site& site : channel.sites) {
+    const auto same = std::find_if(groups.begin(), groups.end(), [&](const auto& group) { return group.front().row == site.row && group.front().energy == site.energy; });
+    if (same == groups.end()) groups.push_back({site});
+    else same->push_back(site);
+  }
+  const auto squares_of = [](const std::vector<RecordedChannel::Site>& group) {
+    double sum = 0, squares = 0;
+    for (const auto& site : group) sum += site.value, squares += site.value * site.value;
+    return std::max(0.0, squares - sum * sum / static_cast<double>(group.size()));
+  };
+  double squares = 0;
+  int degrees = 0;
+  for (const auto& group : groups) squares += squares_of(group), degrees += static_cast<int>(group.size()) - 1;
+  channel.sites.clear();
+  for (const auto& group : groups) {
+    const auto n = static_cast<double>(group.size());
+    RecordedChannel::Site mean = group.front();
+    mean.value = 0;
+    double variance = 0;
+    for (const auto& site : group) mean.value += site.value / n, variance += site.deviation * site.deviation / n;
+    constexpr int enough = 3;       // fewer say little of a deviation
+    constexpr double weight = 3;    // of the whole channel, in degrees of freedom
+    if (degrees > 0 && (variance == 0 || degrees >= enough)) variance = std::max(variance, (squares_of(group) + weight * squares / degrees) / (n - 1 + weight));
+    mean.deviation = std::sqrt(variance / n);
+    channel.sites.push_back(mean);
+  }
+  return degrees;
+}
+
 }  // namespace
+
+double RecordedChannel::scaled(double x) const { return scale == Scale::logarithm ? std::log(x) : scale == Scale::share ? std::asin(std::sqrt(std::clamp(x, 0.0, 1.0))) : x; }
+
+double RecordedChannel::plain(double y) const { return scale == Scale::logarithm ? std::exp(y) : scale == Scale::share ? std::pow(std::sin(std::clamp(y, 0.0, 0.5 * M_PI)), 2) : y; }
+
+double RecordedChannel::stretch(double x) const {
+  constexpr double end = 0.01;  // of shares, nearer to which the scale is taken as there
+  const double inside = std::clamp(x, end, 1 - end);
+  return scale == Scale::logarithm ? 1 / x : scale == Scale::share ? 0.5 / std::sqrt(inside * (1 - inside)) : 1;
+}
 
 MachineExperiment::MachineExperiment(Values base, const MachineRecording& recording) : base_(std::move(base)), recording_(&recording) {
   std::map<std::string, std::set<double>> taken;
@@ -61,18 +104,19 @@ MachineExperiment::MachineExperiment(Values base, const MachineRecording& record
       auto channel = std::find_if(channels_.begin(), channels_.end(), [&](const RecordedChannel& c) { return c.name == one.channel && c.pair == one.pair; });
       if (channel == channels_.end()) {
         channel = channels_.insert(channels_.end(), RecordedChannel{});
-        channel->name = one.channel, channel->pair = one.pair, channel->logarithmic = one.channel == "rate";
+        channel->name = one.channel, channel->pair = one.pair, channel->scale = one.channel == "rate" ? Scale::logarithm : machine_channel(one.channel).share ? Scale::share : Scale::linear;
       }
       RecordedChannel::Site site{r};
       site.energy = one.energy, site.value = one.value, site.deviation = one.deviation;
-      if (channel->logarithmic) {
-        if (!(one.value > 0)) continue;  // an empty bin: how empty, nobody says
-        site.deviation /= one.value, site.value = std::log(one.value);
-      }
+      if (channel->scale == Scale::logarithm && !(one.value > 0)) continue;  // an empty bin: how empty, nobody says
+      site.deviation *= channel->stretch(one.value), site.value = channel->scaled(one.value);
       channel->sites.push_back(site);
     }
   }
   std::erase_if(channels_, [](const RecordedChannel& c) { return c.sites.empty(); });
+  int joined = 0;
+  for (RecordedChannel& channel : channels_) joined += join_repeats(channel);
+  if (joined > 0) remarks_.push_back(fmt::format("{} repeats were joined to means; their scatter tells the noise.", joined));
   std::size_t most = 1;
   for (const auto& [name, values] : taken)
     if (values.size() > most) most = values.size(), leading_ = name;
@@ -87,7 +131,10 @@ MachineExperiment::MachineExperiment(Values base, const MachineRecording& record
       const auto row = static_cast<Eigen::Index>(k);
       for (std::size_t v = 0; v < varied.size(); ++v) {
         const std::set<double>& values = taken[varied[v]];
-        channel.coordinates(row, static_cast<Eigen::Index>(v)) = (recording.rows[channel.sites[k].row].conditions.at(varied[v]) - *values.begin()) / (*values.rbegin() - *values.begin());
+        const double least = *values.begin(), most_of = *values.rbegin(), here = recording.rows[channel.sites[k].row].conditions.at(varied[v]);
+        constexpr double wide = 3;  // what spans more counts by its logarithm
+        const double place = least > 0 && most_of > wide * least ? std::log(here / least) / std::log(most_of / least) : (here - least) / (most_of - least);
+        channel.coordinates(row, static_cast<Eigen::Index>(v)) = place;
       }
       constexpr double decades = 3;  // over which a spectrum changes as much as over all conditions
       if (energies) channel.coordinates(row, static_cast<Eigen::Index>(varied.size())) = std::log10(channel.sites[k].energy) / decades;
@@ -121,13 +168,20 @@ Values MachineExperiment::compared(std::size_t row, const Alteration& altered) c
   return values;
 }
 
+int MachineExperiment::packings() const {
+  constexpr int several = 4;
+  return std::any_of(channels_.begin(), channels_.end(), [](const RecordedChannel& c) { return c.name == "damage_ratio" || c.name == "largest_fragment_fraction"; }) ? several : 1;
+}
+
 bool MachineExperiment::shown(const Outcome& outcome, const RecordedChannel& channel, const RecordedChannel::Site& site, double& value, double& deviation) const {
   if (!outcome.sound) return false;
-  if (!channel.logarithmic) {
+  if (channel.scale != Scale::logarithm) {
     const auto found = outcome.numbers.find(machine_channel(channel.name).headline);
     if (found == outcome.numbers.end()) return false;
-    value = found->second.value, deviation = found->second.deviation;
-    return std::isfinite(value);
+    const Outcome::Number& number = found->second;
+    if (!std::isfinite(number.value)) return false;
+    value = channel.scaled(number.value), deviation = number.deviation * channel.stretch(number.value);
+    return true;
   }
   // What the simulated bins have between the edges of the recorded one, spread evenly over the logarithm.
   double rate = 0, variance = 0;

@@ -1,6 +1,7 @@
 #include "src/diagnose/machine/machine_model.hpp"
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <fmt/format.h>
 #include <algorithm>
 #include <cmath>
 #include "src/case/build.hpp"
@@ -18,6 +19,27 @@ double steps_of(const Values& values) {
   return c.duration / build_case(c).simulation.clock.time_step;
 }
 
+// Of runs that differ in their packing, and how much that makes.
+Outcome mean_of(const std::vector<Outcome>& all) {
+  if (all.size() == 1) return all.front();
+  Outcome mean;
+  mean.sound = std::all_of(all.begin(), all.end(), [](const Outcome& one) { return one.sound; });
+  if (!mean.sound) return mean;
+  const auto n = static_cast<double>(all.size());
+  for (const auto& [name, ignored] : all.front().numbers) {
+    double sum = 0, squares = 0;
+    bool everywhere = true;
+    for (const Outcome& one : all) {
+      const auto found = one.numbers.find(name);
+      everywhere &= found != one.numbers.end();
+      if (everywhere) sum += found->second.value, squares += found->second.value * found->second.value;
+    }
+    // Where nothing breaks, or all does, packings do not differ; the emulator learns its scatter from all together.
+    if (everywhere) mean.numbers[name] = {sum / n, std::sqrt(std::max(0.0, squares / n - sum * sum / n / n) / (n - 1))};
+  }
+  return mean;
+}
+
 }  // namespace
 
 MachineModel::MachineModel(const MachineExperiment& experiment, CaseRunner runner) : experiment_(experiment), runner_(std::move(runner)) {
@@ -26,7 +48,7 @@ MachineModel::MachineModel(const MachineExperiment& experiment, CaseRunner runne
     double largest = 0;
     for (const auto& site : channel.sites) largest = std::max(largest, std::abs(site.value));
     constexpr double usual = 0.02;
-    unknown_noise_.push_back(channel.logarithmic ? 0.1 : usual * std::max(largest, 1e-12));
+    unknown_noise_.push_back(channel.scale == Scale::logarithm ? 0.1 : usual * std::max(largest, 1e-12));
   }
   for (std::size_t r = 0; r < experiment.recording().rows.size(); ++r) {
     const Case c = case_of(experiment.values_of(r, {}));
@@ -74,6 +96,7 @@ bool MachineModel::run(const std::vector<Request>& requests, const std::string& 
   std::vector<WantedRun> wanted;
   std::vector<std::size_t> places;
   bool sound = true;
+  const int packings = experiment_.packings();
   for (const Request& one : requests) {
     const VectorXd here = at(one.parameters, one.z);
     const auto before = std::find_if(runs_.begin(), runs_.end(), [&](const Made& m) {
@@ -86,13 +109,23 @@ bool MachineModel::run(const std::vector<Request>& requests, const std::string& 
       sound &= before->outcome.sound;
       continue;
     }
-    wanted.push_back({experiment_.compared(one.row, alteration_of(one.parameters, one.z)), why + ", " + experiment_.recording().rows[one.row].label});
+    Values values = experiment_.compared(one.row, alteration_of(one.parameters, one.z));
+    const std::string label = why + ", " + experiment_.recording().rows[one.row].label;
+    const std::int64_t seed = values.whole("seed");
+    for (int k = 0; k < packings; ++k) {
+      values.put("seed", seed + k, "comparison");
+      wanted.push_back({values, packings > 1 ? fmt::format("{}, packing {}", label, k + 1) : label});
+    }
     runs_.push_back({one.row, here, {}});
     places.push_back(runs_.size() - 1);
   }
   if (wanted.empty()) return sound;
   const std::vector<Outcome> outcomes = runner_(wanted);
-  for (std::size_t k = 0; k < places.size(); ++k) runs_[places[k]].outcome = outcomes[k], sound &= outcomes[k].sound;
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    const auto first = outcomes.begin() + static_cast<std::ptrdiff_t>(k) * packings;
+    runs_[places[k]].outcome = mean_of({first, first + packings});
+    sound &= runs_[places[k]].outcome.sound;
+  }
   made_ += wanted.size();
   learn();
   return sound;
@@ -102,11 +135,24 @@ void MachineModel::learn() {
   for (std::size_t c = 0; c < emulators_.size(); ++c) {
     const RecordedChannel& channel = experiment_.channels()[c];
     emulators_[c] = Emulator(channel.coordinates);
-    for (const Made& made : runs_)
-      for (std::size_t s = 0; s < channel.sites.size(); ++s) {
-        double value = 0, deviation = 0;
-        if (channel.sites[s].row == made.row && experiment_.shown(made.outcome, channel, channel.sites[s], value, deviation)) emulators_[c].add(s, made.at, value, deviation);
+    for (std::size_t s = 0; s < channel.sites.size(); ++s) {
+      struct Shown {
+        const Eigen::VectorXd* at;
+        double value, deviation;
+      };
+      std::vector<Shown> all;
+      double variance = 0;
+      for (const Made& made : runs_) {
+        Shown one{&made.at, 0, 0};
+        if (channel.sites[s].row != made.row || !experiment_.shown(made.outcome, channel, channel.sites[s], one.value, one.deviation)) continue;
+        all.push_back(one), variance += one.deviation * one.deviation;
       }
+      // Few packings say little of their scatter, all runs under one condition more.
+      constexpr double least = 0.005;  // on the scale of shares
+      if (experiment_.packings() > 1 && !all.empty())
+        for (Shown& one : all) one.deviation = std::sqrt(variance / static_cast<double>(all.size()) + least * least);
+      for (const Shown& one : all) emulators_[c].add(s, *one.at, one.value, one.deviation);
+    }
     emulators_[c].learn();
   }
 }
@@ -141,9 +187,9 @@ void MachineModel::act(const std::vector<MachineParameter>& parameters, const Ve
         case MachineParameter::Acts::simulated: break;
         case MachineParameter::Acts::bearing_torque: if (drive) mean[s] += power ? value * turn : value; break;
         case MachineParameter::Acts::gear_loss: if (drive) mean[s] *= 1 + value; break;
-        case MachineParameter::Acts::offset: if (p.channel == recorded.label()) mean[s] += value; break;
+        case MachineParameter::Acts::offset: if (p.channel == recorded.label()) mean[s] = recorded.scaled(recorded.plain(mean[s]) + value); break;
         case MachineParameter::Acts::gain:
-          if (p.channel == recorded.label()) mean[s] = recorded.logarithmic ? mean[s] + std::log(value) : mean[s] * value;
+          if (p.channel == recorded.label()) mean[s] = recorded.scaled(recorded.plain(mean[s]) * value);
           break;
       }
     }

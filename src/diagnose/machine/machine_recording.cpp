@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 #include "src/base/error.hpp"
 #include "src/case/csv.hpp"
 #include "src/case/keys.hpp"
@@ -151,46 +150,6 @@ class Reader {
   std::map<std::string, Column> channels_, deviations_, conditions_;
 };
 
-// Repeats become their mean. How far they lie apart tells the noise of their channel, where that is more than is claimed for it.
-void join_repeats(MachineRecording& recording) {
-  struct Scatter {
-    double squares = 0;
-    int degrees = 0;
-  };
-  std::map<std::string, Scatter> scatter;
-  using Place = std::tuple<std::string, std::string, double>;
-  const auto place_of = [](const Reading& one) { return Place{one.channel, one.pair, one.energy}; };
-  std::vector<std::map<Place, std::vector<Reading>>> groups(recording.rows.size());
-  int joined = 0;
-  for (std::size_t r = 0; r < recording.rows.size(); ++r) {
-    for (const Reading& one : recording.rows[r].readings) groups[r][place_of(one)].push_back(one);
-    for (const auto& [place, all] : groups[r]) {
-      double mean = 0;
-      for (const Reading& one : all) mean += one.value / static_cast<double>(all.size());
-      for (const Reading& one : all) scatter[std::get<0>(place)].squares += (one.value - mean) * (one.value - mean);
-      scatter[std::get<0>(place)].degrees += static_cast<int>(all.size()) - 1;
-      joined += static_cast<int>(all.size()) - 1;
-    }
-  }
-  for (std::size_t r = 0; r < recording.rows.size(); ++r) {
-    std::vector<Reading> means;
-    for (const auto& [place, all] : groups[r]) {
-      Reading mean = all.front();
-      const auto n = static_cast<double>(all.size());
-      double value = 0, variance = 0;
-      for (const Reading& one : all) value += one.value / n, variance += one.deviation * one.deviation / n;
-      const Scatter& seen = scatter[mean.channel];
-      constexpr int enough = 3;  // fewer say little of a deviation
-      if (mean.channel != "rate" && seen.degrees > 0 && (variance == 0 || seen.degrees >= enough)) variance = std::max(variance, seen.squares / seen.degrees);
-      mean.value = value;
-      mean.deviation = std::sqrt(variance / n);
-      means.push_back(mean);
-    }
-    recording.rows[r].readings = means;
-  }
-  if (joined > 0) recording.remarks.push_back(fmt::format("{} repeats were joined to means; their scatter tells the noise.", joined));
-}
-
 }  // namespace
 
 const MachineChannel& machine_channel(const std::string& name) {
@@ -205,7 +164,6 @@ bool is_machine_recording(const std::string& file) {
 MachineRecording read_machine_recordings(const std::vector<std::string>& files) {
   MachineRecording recording;
   for (const std::string& file : files) Reader(file).read(recording);
-  join_repeats(recording);
   std::stable_sort(recording.rows.begin(), recording.rows.end(), [](const MachineRow& a, const MachineRow& b) { return a.conditions < b.conditions; });
   return recording;
 }

@@ -11,6 +11,7 @@ namespace quern {
 // A quantity that a recording may show, and the headline number of a run that tells it ("" for rates, which come from the spectrum).
 struct MachineChannel {
   const char *name, *unit, *headline;
+  bool share = false;  // of a whole: 0 … 1
 };
 inline constexpr std::array machine_channels = {
     MachineChannel{"power", "W", "power"},
@@ -18,8 +19,8 @@ inline constexpr std::array machine_channels = {
     MachineChannel{"shoulder", "deg", "shoulder_angle"},
     MachineChannel{"toe", "deg", "toe_angle"},
     MachineChannel{"rate", "1/s", ""},
-    MachineChannel{"damage_ratio", "1", "damage_ratio"},
-    MachineChannel{"largest_fragment_fraction", "1", "largest_fragment_fraction"},
+    MachineChannel{"damage_ratio", "1", "damage_ratio", true},
+    MachineChannel{"largest_fragment_fraction", "1", "largest_fragment_fraction", true},
 };
 const MachineChannel& machine_channel(const std::string& name);
 
@@ -38,8 +39,8 @@ inline constexpr std::array machine_condition_names = {
 
 struct Reading {
   std::string channel;
-  double value = 0;       // in the channel's unit; the mean of repeats
-  double deviation = 0;   // standard deviation of that; 0: not known
+  double value = 0;       // in the channel's unit
+  double deviation = 0;   // standard deviation; 0: not told
   double energy = 0;      // of a rate: middle of its bin [J]
   std::string pair;       // of a rate, where the recording tells it: "steel-steel"
 };
@@ -55,13 +56,12 @@ struct MachineRow {
 struct MachineRecording {
   std::vector<std::string> files;
   std::vector<MachineRow> rows;
-  std::vector<std::string> remarks;          // plain sentences: what was joined
 };
 
 // Whether a file is a recording of this kind, by its header: a column of one of these channels and no time.
 bool is_machine_recording(const std::string& file);
 
-// Several files are taken as one recording of one machine. Repeats, rows of the same conditions, become their mean, and their scatter tells the noise.
+// Several files are taken as one recording of one machine; repeats are rows of the same conditions.
 // Throws InputError: file, line, column, what was found, what is allowed.
 MachineRecording read_machine_recordings(const std::vector<std::string>& files);
 

@@ -20,16 +20,17 @@ Chart chart_of(const MachineExperiment& experiment, const MachineDiagnosis& d, s
     double at, recorded, noise, before, before_deviation, after, after_deviation;
   };
   std::vector<Point> points;
+  const bool spectrum = channel.scale == Scale::logarithm;
   const std::string& leading = experiment.leading_condition();
   for (const MachineResidual& r : d.residuals) {
     if (r.channel != c) continue;
     const RecordedChannel::Site& site = channel.sites[r.site];
-    const double at = channel.logarithmic ? site.energy : leading.empty() ? 0 : experiment.recording().rows[site.row].conditions.at(leading);
+    const double at = spectrum ? site.energy : leading.empty() ? 0 : experiment.recording().rows[site.row].conditions.at(leading);
     points.push_back({at, r.recorded, r.noise, r.before, r.before_deviation, r.after, r.after_deviation});
   }
   std::stable_sort(points.begin(), points.end(), [](const Point& a, const Point& b) { return a.at < b.at; });
   constexpr double of_interval = 1.96;
-  const auto shown = [&](double x) { return channel.logarithmic ? std::exp(x) : x; };
+  const auto shown = [&](double y) { return channel.plain(y); };
   Curve recorded{"recorded", {}, {}, {}, {}, true, false}, before{both ? "the calibrated case" : "the simulation", {}, {}, {}, {}}, after{"with " + joined(d.effects), {}, {}, {}, {}};
   for (const Point& p : points) {
     const auto add = [&](Curve& curve, double y, double deviation) {
@@ -38,14 +39,14 @@ Chart chart_of(const MachineExperiment& experiment, const MachineDiagnosis& d, s
     };
     add(recorded, p.recorded, p.noise), add(before, p.before, p.before_deviation), add(after, p.after, p.after_deviation);
   }
-  std::string unit = channel.logarithmic ? "J" : "";
+  std::string unit = spectrum ? "J" : "";
   for (const MachineConditionName& one : machine_condition_names)
-    if (!channel.logarithmic && leading == one.name) unit = one.unit;
+    if (!spectrum && leading == one.name) unit = one.unit;
   Panel panel;
-  panel.x_label = fmt::format("{}{}", words_of(channel.logarithmic ? "energy" : leading), unit.empty() || unit == "1" ? "" : " [" + unit + "]");
+  panel.x_label = fmt::format("{}{}", words_of(spectrum ? "energy" : leading), unit.empty() || unit == "1" ? "" : " [" + unit + "]");
   const std::string of = machine_channel(channel.name).unit;
   panel.y_label = fmt::format("{}{}", words_of(channel.label()), of == "1" ? "" : " [" + of + "]");
-  panel.log_x = panel.log_y = channel.logarithmic;
+  panel.log_x = panel.log_y = spectrum;
   panel.curves = {recorded, before};
   if (both) panel.curves.push_back(after);
   return {"diagnosis.png", words_of(channel.label()), {panel}};
@@ -73,7 +74,7 @@ std::string verdict_of(const MachineExperiment& experiment, const MachineDiagnos
   if (d.sealed) number(both ? ratio(d.sealed->before) + " → " + ratio(d.sealed->after) : ratio(d.sealed->after), "under sealed conditions");
   text += "</div></div>\n";
   std::vector<std::string> remarks = d.remarks;
-  remarks.insert(remarks.end(), experiment.recording().remarks.begin(), experiment.recording().remarks.end());
+  remarks.insert(remarks.end(), experiment.remarks().begin(), experiment.remarks().end());
   if (remarks.empty()) return text;
   text += "<ul>";
   for (const std::string& one : remarks) text += fmt::format("<li>{}</li>", e(capital(one)));

@@ -28,8 +28,8 @@ std::string residuals_csv(const MachineExperiment& experiment, const MachineDiag
   for (const MachineResidual& r : d.residuals) {
     const RecordedChannel& channel = experiment.channels()[r.channel];
     const RecordedChannel::Site& site = channel.sites[r.site];
-    const auto shown = [&](double x) { return channel.logarithmic ? std::exp(x) : x; };
-    const double size = channel.logarithmic ? std::exp(r.recorded) : 1;
+    const auto shown = [&](double y) { return channel.plain(y); };
+    const double size = 1 / channel.stretch(channel.plain(r.recorded));
     text += fmt::format("\"{}\",{},{},{},{:.9g},{:.4g},{:.9g},{:.4g},{:.9g},{:.4g},{}\n", experiment.recording().rows[site.row].label, channel.label(), site.energy > 0 ? fmt::format("{:.6g}", site.energy) : "",
                         machine_channel(channel.name).unit, shown(r.recorded), r.noise * size, shown(r.before), r.before_deviation * size, shown(r.after), r.after_deviation * size, r.sealed ? 1 : 0);
   }
