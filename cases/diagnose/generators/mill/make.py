@@ -4,6 +4,7 @@
 Each is a CSV of six speeds; finished speeds are kept in DIR/runs and not computed again.
 """
 import argparse
+import functools
 import json
 import pathlib
 import subprocess
@@ -16,7 +17,7 @@ import geometry
 
 HERE = pathlib.Path(__file__).resolve().parent
 SPEEDS = [44, 51, 58, 65, 72, 79]  # rpm; the critical speed is 87.44 rpm
-STEP, EVERY, SETTLE, STEADY, BLOCKS = 6e-5, 167, 3.0, 15.0, 15
+STEP, EVERY, SETTLE, STEADY, BLOCKS = 6e-5, 160, 2.0, 8.0, 10
 YOUNG = 2e7 / (2 * (1 - 0.3**2))      # E* [Pa]
 SHEAR = 2e7 / (4 * 1.3 * (2 - 0.3))   # G* [Pa]
 MASS = geometry.DENSITY * np.pi / 6 * geometry.BALL**3
@@ -30,6 +31,7 @@ def pairs(name, value, kind="peratomtypepair 2"):
     return "fix %s all property/global %s %s" % (name, name, kind) + 4 * (" %.10g" % value) + "\n"
 
 
+@functools.lru_cache
 def physics(hidden):
     """Models and the lines of their properties."""
     restitution = pairs("coefficientRestitution", contact.liggghts_restitution(0.6))
@@ -53,7 +55,8 @@ def frames(path):
             count = int(file.readline())
             for _ in range(5):
                 file.readline()
-            yield np.array([file.readline().split() for _ in range(count)], dtype=float)
+            text = "".join(file.readline() for _ in range(count))
+            yield np.fromstring(text, sep=" ").reshape(count, -1)
 
 
 def reading(folder, rpm):
@@ -81,7 +84,7 @@ def simulate(folder, hidden, seed, rpm):
     geometry.write_start(folder / "start.data", 100 * seed + rpm)
     model, properties = physics(hidden)
     (folder / "properties.liggghts").write_text(properties)
-    numbers = {"omega": rpm * np.pi / 30, "settle": round(SETTLE / STEP), "steps": round(STEADY / STEP), "every": EVERY, "model": model}
+    numbers = {"omega": rpm * np.pi / 30, "settle": round(SETTLE / STEP), "steps": round(STEADY / STEP), "every": EVERY, "samples": EVERY // 10, "model": model}
     command = ["liggghts", "-in", str(HERE / "in.mill")]
     for name, value in numbers.items():
         command += ["-var", name, *(["%.12g" % value] if name != "model" else [value])]
