@@ -21,18 +21,17 @@ def write_stl(path, triangles):
 
 
 def bars():
-    """Side faces of bars of a trapezoid section; their feet reach below the shell, their ends beyond the ends."""
+    """The three faces of bars of a trapezoid section that balls can reach; their corners lie beyond the shell and the ends."""
     half = BAR_WIDTH / 2
-    top, sunk, end = half - BAR_HEIGHT / np.tan(FACE_ANGLE), 0.1 * BAR_HEIGHT, 0.52 * LENGTH
-    section = [(-half, -sunk), (-half, 0), (-top, BAR_HEIGHT), (top, BAR_HEIGHT), (half, 0), (half, -sunk)]
+    top, end = half - BAR_HEIGHT / np.tan(FACE_ANGLE), 0.52 * LENGTH
+    section = [(-half, 0), (-top, BAR_HEIGHT), (top, BAR_HEIGHT), (half, 0)]
     triangles = []
     for k in range(BARS):
         angle = 2 * np.pi * k / BARS
         out, across, along = np.array([[np.cos(angle), np.sin(angle), 0], [-np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
         low, high = ([(RADIUS - inward) * out + side * across + z * along for side, inward in section] for z in (-end, end))
-        for i in range(len(section)):
-            j = (i + 1) % len(section)
-            triangles += [(low[i], high[j], low[j]), (low[i], high[i], high[j])]
+        for i in range(len(section) - 1):
+            triangles += [(low[i], high[i + 1], low[i + 1]), (low[i], high[i], high[i + 1])]
     return triangles
 
 
