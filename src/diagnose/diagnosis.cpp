@@ -34,15 +34,6 @@ Split split_runs(const Recording& recording, double sealed_part, std::uint64_t s
   return split;
 }
 
-// How often verdicts of a probability turned out right, in the 200 development trials (docs/diagnose.md): models are never all there are. Of two effects at
-// once hardly more than every other was.
-double as_experienced(double probability, bool two) {
-  constexpr double surest = 0.9995;
-  const double p = std::clamp(probability, 1 - surest, surest), odds = std::log(p / (1 - p));
-  const double experienced = two ? 0.1 * odds - 0.3 : 0.5 * odds - 0.6;
-  return 1 / (1 + std::exp(-experienced));
-}
-
 std::vector<std::string> labels_of(const Recording& recording, const std::vector<std::size_t>& runs) {
   std::vector<std::string> labels;
   for (const std::size_t r : runs) labels.push_back(recording.runs[r].label);
@@ -257,11 +248,6 @@ Diagnosis Investigation::finish() {
     if (const EffectEntry* entry = find_effect(d_.effects.front())) d_.signature = entry->signature;
   if (d_.verdict == Verdict::unexplained && !d_.form.empty()) d_.signature = "a force " + d_.form;
   return std::move(d_);
-}
-
-const char* name_of(Verdict verdict) {
-  constexpr const char* names[] = {"omitted_physics", "nothing_missing", "parameters_only", "unexplained", "insufficient_data"};
-  return names[static_cast<int>(verdict)];
 }
 
 Diagnosis diagnose(const Experiment& experiment, ThreadTeam& team, const DiagnoseOptions& options) { return Investigation(experiment, team, options).run(); }

@@ -73,4 +73,8 @@ struct DiagnoseOptions {
   bool quiet = false;
 };
 
+// How often verdicts of a probability turned out right, in the 200 development trials of single bodies (docs/diagnose.md): models are never all there are. Of two
+// effects at once hardly more than every other was.
+double as_experienced(double probability, bool two);
+
 }  // namespace quern

@@ -30,6 +30,9 @@ constexpr double prior_none = 0.45, prior_one = 0.40, prior_unknown = 0.10, prio
 
 double normal_above(double x) { return 0.5 * std::erfc(x / std::sqrt(2.0)); }
 
+// One number of the case may move alone or with others.
+bool alike(const MachineParameter& a, const MachineParameter& b) { return a.key == b.key && a.moves.size() == b.moves.size(); }
+
 struct Explanation {
   std::vector<std::string> effects;
   std::string form;
@@ -73,14 +76,22 @@ class MachineInvestigation {
     for (std::size_t r = 0; r < rows.size(); ++r) (told && rows[r].held_out.value_or(false) ? sealed_ : open).push_back(r);
     RandomStream random(options_.seed, 12);
     for (std::size_t k = open.size(); k > 1; --k) std::swap(open[k - 1], open[static_cast<std::size_t>(random.uniform() * static_cast<double>(k))]);
+    // The ends of the curve come first, so that what is sealed lies between what was fitted.
+    const std::string& leading = experiment_.leading_condition();
+    if (!leading.empty() && open.size() >= 4) {
+      const auto at = [&](std::size_t r) { return rows[r].conditions.count(leading) > 0 ? rows[r].conditions.at(leading) : 0.0; };
+      const auto [least, most] = std::minmax_element(open.begin(), open.end(), [&](std::size_t a, std::size_t b) { return at(a) < at(b); });
+      const double low = at(*least), high = at(*most);
+      std::stable_partition(open.begin(), open.end(), [&](std::size_t r) { return at(r) == low || at(r) == high; });
+    }
     if (!told && open.size() >= 4) {
       const auto count = static_cast<std::size_t>(std::max(1.0, std::floor(experiment_.base().number("diagnose.held_out") * static_cast<double>(open.size()))));
       sealed_.assign(open.end() - static_cast<std::ptrdiff_t>(count), open.end());
       open.resize(open.size() - count);
     }
     const std::size_t selecting = open.size() >= 3 ? std::max<std::size_t>(1, open.size() / 3) : 0;
-    select_.assign(open.begin(), open.begin() + static_cast<std::ptrdiff_t>(selecting));
-    fit_.assign(open.begin() + static_cast<std::ptrdiff_t>(selecting), open.end());
+    select_.assign(open.end() - static_cast<std::ptrdiff_t>(selecting), open.end());
+    fit_.assign(open.begin(), open.end() - static_cast<std::ptrdiff_t>(selecting));
     train_ = open;
     for (auto* part : {&sealed_, &select_, &fit_, &train_}) std::sort(part->begin(), part->end());
     for (const auto& [part, labels] : {std::pair(&fit_, &d_.fit_runs), std::pair(&select_, &d_.select_runs), std::pair(&sealed_, &d_.sealed_runs)})
@@ -142,7 +153,7 @@ class MachineInvestigation {
     MachineFit fit = model_.fit(parameters, train_, from, design_reach);
     double reach = design_reach;
     for (int round = 0; round < rounds && fit.sound; ++round) {
-      constexpr double near = 0.3;
+      constexpr double near = 0.2;
       if (model_.explored(fit, near * std::max(1.0, fit.z.size() > 0 ? fit.z.cwiseAbs().maxCoeff() : 1.0))) break;
       if (model_.effort({train_.front(), fit.moved, fit.z}) > 2 * most_effort || !model_.run(model_.requests_at(fit, train_), what + " where it fits")) break;
       reach *= 2;
@@ -265,7 +276,7 @@ class MachineInvestigation {
     };
     const MachineTold told = model_.tell(fit.moved, fit.z, train_);
     for (const MachineCandidate& c : candidates_) {
-      const auto same = std::find_if(fit.moved.begin(), fit.moved.end(), [&](const MachineParameter& p) { return p.key == c.parameter.key; });
+      const auto same = std::find_if(fit.moved.begin(), fit.moved.end(), [&](const MachineParameter& p) { return alike(p, c.parameter); });
       if (same != fit.moved.end() || (c.parameter.simulated() && c.parameter.dimension < 0)) {
         all.push_back({});
         continue;
@@ -375,7 +386,7 @@ class MachineInvestigation {
     }
     const auto n = static_cast<Row>(parameters.size()), f = static_cast<Row>(free_.size());
     std::vector<VectorXd> from = also;
-    for (const double strength : {0.3, 1.0}) {
+    for (const double strength : {0.02, 0.3, 1.0}) {
       VectorXd z = VectorXd::Zero(n);
       z.head(f) = baseline_.z;
       z.tail(n - f).setConstant(strength);
@@ -514,7 +525,7 @@ class MachineInvestigation {
     std::vector<const MachineCandidate*> which;
     for (std::size_t k = free_.size(); k < e.fit.moved.size(); ++k)
       for (const MachineCandidate& c : candidates_)
-        if (c.parameter.key == e.fit.moved[k].key) which.push_back(&c);
+        if (alike(c.parameter, e.fit.moved[k])) which.push_back(&c);
     return which;
   }
 
@@ -556,6 +567,9 @@ class MachineInvestigation {
       else if (e.effects.size() == 1 && named->effects.size() == 1) others[e.effects.front()] += e.probability;
     }
     d_.confidence = own;
+    // A quantity that the case calls known, and that would do, leaves less to be sure of.
+    for (const Explanation& e : tried_)
+      if (e.rival) d_.confidence = std::min(d_.confidence, own / (own + e.probability));
     if (d_.remaining_p < family_level) d_.confidence *= 0.7;
     std::vector<std::pair<double, std::string>> order;
     for (const auto& [name, probability] : others)
@@ -636,6 +650,7 @@ class MachineInvestigation {
 
   // Step 12: the sealed conditions, simulated with what was found.
   MachineDiagnosis finish() {
+    if (d_.verdict == Verdict::omitted_physics || d_.verdict == Verdict::unexplained) d_.confidence = as_experienced(d_.confidence, d_.effects.size() > 1);
     d_.runs = model_.runs_made();
     d_.baseline = baseline_;
     if (!baseline_.sound) return std::move(d_);

@@ -30,6 +30,8 @@ class Collector {
     const std::size_t middle = experiment.recording().rows.size() / 2;
     const Case c = case_of(experiment.values_of(middle, {}));
     for (const SpeciesCase& s : c.species) radius_ = std::max(radius_, 0.5 * s.sizes.diameter.back()), density_ = std::max(density_, s.density);
+    for (const std::string& name : base_.names("material"))
+      if (base_.has("material." + name + ".young")) young_ = std::max(young_, 0.5 * base_.number("material." + name + ".young"));  // E*, nearly
     gravity_ = c.gravity.norm();
     if (c.mill) size_ = c.mill->diameter, turn_ = std::abs(c.mill->speed), lifters_ = c.mill->lifters.count > 0 ? c.mill->lifters.height : 0;
     if (c.stirred) size_ = c.stirred->diameter, turn_ = std::abs(c.stirred->speed);
@@ -79,7 +81,8 @@ class Collector {
   void contacts() {
     const double weight = mass_ * gravity_, speed = std::max(std::sqrt(gravity_ * size_), 0.5 * turn_ * size_);
     add("rolling_resistance", "", of_pairs("rolling_friction"), 0, 0, 2, 0.1);
-    add("torsional_friction", "", of_pairs("torsional_friction"), 0, 0, 5, 0.3);
+    // Friction over the spot of contact: μ_t ≤ (3π/16) μ a/R* (Johnson 1985, § 8.4), and spots are small.
+    add("torsional_friction", "", of_pairs("torsional_friction"), 0, 0, 0.15, 0.05);
     add("adhesion", "", of_pairs("surface_energy"), 0, 0, 1e4, 3 * weight / (1.5 * pi * 0.5 * radius_));
     std::vector<Setting> film;
     for (const std::string& key : of_pairs("film_thickness")) film.push_back({key, 0.05 * radius_});
@@ -95,10 +98,26 @@ class Collector {
       return base_.has(pair + ".restitution") && base_.number(pair + ".restitution") < 1 && (!base_.has(pair + ".law") || base_.text(pair + ".law") == "linear" || base_.text(pair + ".law") == "hertz_mindlin");
     });
     if (rebounds) add("velocity_dependent_restitution", "", of_pairs("restitution_exponent"), 0, 0, 1, 0.2, reference);
+    if (rebounds && young_ > 0) {
+      // A dashpot that takes a tenth of the time of a contact (Hertz 1882) at usual speed.
+      const double contact = 2.87 * std::pow(0.25 * mass_ * mass_ / (reduced * young_ * young_ * 0.3 * speed), 0.2);
+      add("velocity_dependent_restitution", "viscoelastic", of_pairs("viscoelastic_time"), 0, 0, contact, 0.1 * contact);
+    }
     add("plastic_contact", "unloading stiffer than loading", of_pairs("unloading_ratio"), 1, 1, 20, 1);
     add("powder_layer", "", of_pairs("powder_layers"), 0, 0, 30, 1);
     known_quantity("friction", 0.2);
     known_quantity("restitution", -0.2);
+    const std::vector<std::string> rebound = of_pairs("restitution");
+    if (rebound.size() < 2 || std::any_of(rebound.begin(), rebound.end(), [&](const std::string& key) { return free_.count(key) > 0 || !base_.has(key) || base_.number(key) != base_.number(rebound.front()); })) return;
+    const double value = base_.number(rebound.front());
+    MachineParameter p;
+    p.key = rebound.front(), p.unit = "1", p.null = value, p.lower = 0.01, p.upper = 1, p.scale = value > 0.25 ? -0.2 : 0.2;
+    for (const std::string& key : rebound) {
+      Parameter one;
+      one.name = key, one.path = split_path(key), one.value = value, one.lower = p.lower, one.upper = p.upper, one.scale = 0.2;
+      p.moves.push_back(one);
+    }
+    found_.push_back({"restitution", "of all pairs set free", p, true});
   }
 
   // What the case says of contacts, set free: the worse answer, unless the case is wrong about what it calls known.
@@ -222,7 +241,7 @@ class Collector {
   const Values& base_;
   std::set<std::string> free_;
   std::vector<MachineCandidate> found_;
-  double radius_ = 0, density_ = 0, mass_ = 0, gravity_ = 0, size_ = 0, turn_ = 0, lifters_ = 0;
+  double radius_ = 0, density_ = 0, mass_ = 0, gravity_ = 0, young_ = 0, size_ = 0, turn_ = 0, lifters_ = 0;
   bool losses_ = false;
 };
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 #include "src/base/error.hpp"
+#include "src/case/build.hpp"
 
 namespace quern {
 namespace {
@@ -165,6 +166,14 @@ Values MachineExperiment::compared(std::size_t row, const Alteration& altered) c
   }
   if (!angles) values.put("observe.charge", false, "comparison");
   if (!spectrum) values.put("observe.spectrum", false, "comparison");
+  // A step that the case asks for may be too long for what is added.
+  if (values.has("time_step.value") && !(altered.changes.empty() && altered.settings.empty())) {
+    try {
+      build_case(case_of(values));
+    } catch (const InputError&) {
+      values.given.erase(split_path("time_step.value"));
+    }
+  }
   return values;
 }
 
