@@ -678,6 +678,10 @@ class MachineInvestigation {
       d_.sealed = side_by_side(sealed_, true);
       const double excess = d_.sealed->before * d_.sealed->before - 1, left = std::max(0.0, d_.sealed->after * d_.sealed->after - 1);
       d_.excess_removed = excess > 0 ? 1 - left / excess : 0;
+      if (found && d_.sealed->after > std::max(1.3, d_.sealed->before)) {
+        d_.confidence *= 0.5;
+        d_.remarks.push_back("Under the sealed conditions it does not fit better: the name may be a stand-in for something else.");
+      }
     }
     if (found || d_.verdict == Verdict::unexplained) locate();
     for (std::size_t k = 0; k < d_.best.moved.size(); ++k) {
