@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 
 namespace quern {
 namespace {
@@ -108,25 +109,38 @@ int touch_inside_cylinder(const PlacedShape& body, double radius, ShapeContact* 
 }
 
 ShapeContact touch_outside_cylinder(const PlacedShape& body, double radius) {
-  constexpr int most_steps = 60;
+  constexpr int most_steps = 100;
+  constexpr double narrow = 1e-10;  // [rad]
   const double tolerance = 1e-12 * body.size * body.shape->volume_radius;
-  // φ(n) = reach along −n, and the jacket's radius.
-  double angle = std::atan2(body.centre.y(), body.centre.x());
-  Reach at = reach(body, angle + std::numbers::pi);
+  // φ(n) = reach along −n, and the jacket's radius: least between an angle where it falls and one where it grows.
+  Reach at = reach(body, std::atan2(body.centre.y(), body.centre.x()) + std::numbers::pi);
+  std::optional<Reach> falling, growing;
   for (int k = 0; k < most_steps && std::abs(at.slope) > tolerance; ++k) {
-    double step = at.bend > 0 ? -at.slope / at.bend : -std::copysign(0.1, at.slope);
-    step = std::min(0.5, std::max(-0.5, step));
-    Reach next = reach(body, at.angle + step);
-    for (int half = 0; half < 40 && !(next.value < at.value || std::abs(next.slope) < 0.5 * std::abs(at.slope)); ++half) step *= 0.5, next = reach(body, at.angle + step);
-    at = next;
+    (at.slope < 0 ? falling : growing) = at;
+    const double newton = at.bend > 0 ? -at.slope / at.bend : -std::copysign(0.1, at.slope);
+    double next = at.angle + std::min(0.5, std::max(-0.5, newton));
+    if (falling && growing) {
+      const double low = falling->angle, high = growing->angle;
+      if (high - low < narrow) break;
+      if (k % 3 == 0 || !(at.bend > 0 && next > low && next < high)) next = 0.5 * (low + high);
+    }
+    at = reach(body, next);
+  }
+  double value = at.value;
+  Vec3 place = at.place;
+  // Across a flat face the place runs from one side to the other within less than can be told apart.
+  if (std::abs(at.slope) > tolerance && falling && growing) {
+    const double part = falling->slope / (falling->slope - growing->slope);
+    place = falling->place + part * (growing->place - falling->place);
+    value = at.n.dot(place);
   }
   ShapeContact c;
   c.normal = -at.n;
-  c.overlap = at.value + radius;
+  c.overlap = value + radius;
   c.touching = c.overlap >= 0;
-  c.on_first = at.place;
-  c.on_second = at.place + c.overlap * c.normal;
-  c.residual = std::abs(at.slope);
+  c.on_first = place;
+  c.on_second = place + c.overlap * c.normal;
+  c.residual = std::abs(at.along.dot(place));
   c.radius_first = radius_of(at);
   return c;
 }
@@ -154,6 +168,45 @@ ShapeContact touch_edge(const PlacedShape& body, const Vec3& from, const Vec3& t
   if (along >= 0 && along <= 1) return line;
   const ShapeContact end = touch_point(body, along < 0 ? from : to);
   return end.touching ? end : line;
+}
+
+int touch_circle(const PlacedShape& body, double radius, double height, Sheet sheet, ShapeContact* contacts) {
+  const double off = std::hypot(body.centre.x(), body.centre.y()), rise = height - body.centre.z(), bound = body.size * body.shape->bounding_radius;
+  const double across = bound * bound - rise * rise;
+  if (across <= 0 || (off - radius) * (off - radius) >= across) return 0;
+  // Beyond this angle the ball about the body does not reach the circle.
+  const double cosine = off > 0 ? (radius * radius + off * off - across) / (2 * radius * off) : -1;
+  const double middle = std::atan2(body.centre.y(), body.centre.x()), window = std::acos(std::min(1.0, std::max(-1.0, cosine)));
+  const auto own = [&](const Vec3& way) { return Vec3(body.axes.transpose() * way / body.size); };
+  const auto place = [&](double angle) { return Vec3(radius * std::cos(angle), radius * std::sin(angle), height); };
+  constexpr int parts = 32;
+  const double step = 2 * window / parts;
+  double gauge[parts + 1];
+  for (int k = 0; k <= parts; ++k) gauge[k] = body.shape->gauge.value(own(place(middle - window + k * step) - body.centre));
+  const bool whole = cosine <= -1;
+  int count = 0;
+  for (int k = 0; k < parts && count < most_places; ++k) {
+    if (k == 0 && !whole) continue;
+    if (gauge[k] > gauge[k == 0 ? parts - 1 : k - 1] || gauge[k] >= gauge[k + 1]) continue;
+    double low = middle - window + (k - 1) * step, high = low + 2 * step, angle = 0.5 * (low + high);
+    for (int n = 0; n < 60; ++n) {
+      const Vec3 at = place(angle), out(at.x(), at.y(), 0), along(-at.y(), at.x(), 0);
+      const NestedNorm::Second g = body.shape->gauge.second(own(at - body.centre));
+      const double slope = g.gradient.dot(own(along)), bend = own(along).dot(g.hessian * own(along)) - g.gradient.dot(own(out));
+      (slope < 0 ? low : high) = angle;
+      double next = angle - slope / bend;
+      if (n % 4 == 3 || !(bend > 0 && next > low && next < high)) next = 0.5 * (low + high);
+      const bool found = std::abs(next - angle) < 1e-12;
+      angle = next;
+      if (found) break;
+    }
+    const Vec3 at = place(angle), out(at.x(), at.y(), 0), along(-at.y() / radius, at.x() / radius, 0);
+    const NestedNorm::First g = body.shape->gauge.first(own(at - body.centre));
+    if (g.value > 1 || (g.gradient.dot(own(out)) > 0) != (sheet == Sheet::beyond)) continue;
+    const ShapeContact contact = touch_line(body, at, along);
+    if (contact.touching) contacts[count++] = contact;
+  }
+  return count;
 }
 
 DeepestPlace deepest_place(const PlacedShape& body, const Vec3* corners, const Vec3& normal) {

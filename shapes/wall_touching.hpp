@@ -1,4 +1,4 @@
-// Where a superquadric touches surfaces of revolution about the z axis of its surroundings, which its pose is told in.
+// Where a superquadric touches surfaces of revolution about the z axis of its surroundings, which its pose is told in, and edges.
 #pragma once
 #include "shapes/touching.hpp"
 
@@ -19,6 +19,11 @@ ShapeContact touch_point(const PlacedShape& body, const Vec3& place);
 
 // A straight edge from one place to another.
 ShapeContact touch_edge(const PlacedShape& body, const Vec3& from, const Vec3& to);
+
+// A circle about the axis, the edge of a thin sheet that lies beyond it (a hole) or within it (a rim): touches its tangents at the places
+// deepest in the body among those of the sheet around them. Returns how many, at most most_places.
+enum class Sheet { beyond, within };
+int touch_circle(const PlacedShape& body, double radius, double height, Sheet sheet, ShapeContact* contacts);
 
 // Where a triangle, whose plane has that unit normal, is deepest in a body: the place of least gauge.
 struct DeepestPlace {

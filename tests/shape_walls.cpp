@@ -128,3 +128,61 @@ TEST_CASE("a ball as a superquadric touches edges and corners of a mesh as a bal
   }
   CHECK(touching > 500);
 }
+
+TEST_CASE("a ball as a superquadric touches face and edges of a disc with a hole as a ball does", "[shape_walls]") {
+  RandomStream random(25);
+  const Superquadric ball = make_superquadric({2e-3, 2e-3, 2e-3}, 2, 2);
+  Wall disc;
+  disc.name = "disc";
+  disc.surface = Revolved{3e-3, 1e-3, 8e-3, 1e-3, Revolved::Side::both};
+  int at_edges = 0;
+  for (int k = 0; k < 5000; ++k) {
+    const double off = random.uniform(0.5e-3, 10.5e-3), angle = random.uniform(-4, 4);
+    const Vec3 centre(off * std::cos(angle), off * std::sin(angle), random.uniform(-1.1e-3, 3.1e-3));
+    Touch touches[most_touches];
+    const int expected = touch_wall(disc, centre, 2e-3, touches);
+    ShapeContact contacts[most_places];
+    CAPTURE(centre.transpose() * 1e3);
+    REQUIRE(touch_shape(disc, {&ball, 1, centre, random_axes(random)}, contacts) == expected);
+    if (expected == 0) continue;
+    at_edges += off < 3e-3 || off > 8e-3;
+    CHECK(contacts[0].overlap == Approx(2e-3 - touches[0].distance).margin(1e-9 * 2e-3));
+    CHECK((contacts[0].normal - touches[0].normal).norm() < 1e-6);
+    CHECK((contacts[0].on_second - touches[0].point).norm() < 1e-6 * 2e-3);
+  }
+  CHECK(at_edges > 500);
+}
+
+TEST_CASE("a superquadric touches a disc with a hole where the sheet is within it, and nowhere else", "[shape_walls]") {
+  RandomStream random(26);
+  constexpr double inner = 4e-3, outer = 9e-3;
+  Wall disc;
+  disc.name = "disc";
+  disc.surface = Revolved{inner, 0, outer, 0, Revolved::Side::both};
+  int touching = 0, through = 0;
+  for (int k = 0; k < 1500; ++k) {
+    const Superquadric shape = random_shape(random);
+    const double off = random.uniform(0, 12e-3), angle = random.uniform(-4, 4);
+    const PlacedShape body{&shape, 1, {off * std::cos(angle), off * std::sin(angle), random.uniform(-1, 1) * shape.bounding_radius}, random_axes(random)};
+    double least = 2;
+    for (int ring = 0; ring <= 20; ++ring)
+      for (int around = 0; around < 240; ++around) {
+        const double r = inner + (outer - inner) * ring / 20, turn = 2 * std::numbers::pi * around / 240;
+        least = std::min(least, shape.gauge.value(body.axes.transpose() * (Vec3(r * std::cos(turn), r * std::sin(turn), 0) - body.centre)));
+      }
+    ShapeContact contacts[most_places];
+    const int count = touch_shape(disc, body, contacts);
+    CAPTURE(least, body.centre.transpose() * 1e3, shape.semi_axes().transpose() * 1e3, shape.n1(), shape.n2());
+    if (least < 1) CHECK(count > 0);
+    if (least > 1.2) CHECK(count == 0);
+    through += count == 0 && std::abs(body.centre.z()) < shape.support.value(body.axes.transpose() * Vec3::UnitZ());
+    for (int c = 0; c < count; ++c) {
+      ++touching;
+      CHECK(std::abs(contacts[c].on_second.z()) < 1e-12);
+      CHECK(contacts[c].overlap >= 0);
+      CHECK((contacts[c].on_first + contacts[c].overlap * contacts[c].normal - contacts[c].on_second).norm() < 1e-9 * shape.volume_radius);
+    }
+  }
+  CHECK(touching > 300);
+  CHECK(through > 50);
+}

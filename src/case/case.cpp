@@ -321,6 +321,14 @@ ObserverSettings read_observers(const Values& v, Case& c) {
   o.loading_interval = v.number_if("observe.loading_interval").value_or(c.duration / 500);
   o.strain = v.flag("observe.strain");
   if (v.has("observe.gauges")) o.gauges = v.vectors("observe.gauges");
+  if (v.has("observe.discharge.point")) {
+    const bool told = v.has("observe.discharge.direction");
+    if (!told && c.gravity.isZero(0)) v.refuse("observe.discharge", "found no gravity and no direction; allowed is a direction out");
+    o.discharge = OutletPlane{v.vector("observe.discharge.point"), told ? direction(v, "observe.discharge.direction") : c.gravity.normalized().eval()};
+  }
+  for (const char* key : {"observe.discharge.direction", "observe.discharge.interval"})
+    if (v.has(key)) require(v, "observe.discharge", "point", key);
+  o.discharge_interval = v.number_if("observe.discharge.interval").value_or(c.duration / 500);
   if (v.has("observe.driven_walls")) c.driven_walls = v.texts("observe.driven_walls");
   return o;
 }

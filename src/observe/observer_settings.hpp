@@ -37,6 +37,12 @@ struct LoadedWall {
   Vec3 along = Vec3::UnitZ();  // unit
 };
 
+// A plane through which mass passes, and the way out.
+struct OutletPlane {
+  Vec3 point = Vec3::Zero();
+  Vec3 direction = -Vec3::UnitZ();  // unit
+};
+
 struct ObserverSettings {
   // Averages begin at this time [s]; negative: where the power series is found to be steady (see block_average.hpp).
   double start_time = -1;
@@ -76,6 +82,9 @@ struct ObserverSettings {
   double loading_interval = 0;        // forces are averaged over this long [s]; 0: every step
   bool strain = false;                // of the specimen's middle half
   std::vector<Vec3> gauges;           // places on the specimen [m]
+
+  std::optional<OutletPlane> discharge;  // whose passing mass is recorded
+  double discharge_interval = 0;      // between rows of that mass [s]
 
   std::optional<ProfileLine> velocity_line;  // none: through the mill's centre, perpendicular to the free surface
 };

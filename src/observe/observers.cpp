@@ -25,6 +25,7 @@ void Observers::see(const Simulation& simulation) {
   if (settings.signal) signal.see(simulation, settings);
   if (settings.fragments) fragments.see(simulation, settings);
   if (!settings.loading.empty()) loading.see(simulation, settings);
+  if (settings.discharge) discharge.see(simulation, settings);
 }
 
 void Observers::finish(const Simulation& simulation) {
@@ -48,6 +49,7 @@ std::vector<Headline> Observers::headlines() const {
   if (settings.spectrum) append(all, captures.headlines(from));
   if (settings.fragments) append(all, fragments.headlines());
   if (!settings.loading.empty()) append(all, loading.headlines(settings));
+  if (settings.discharge) append(all, discharge.headlines(settings));
   return all;
 }
 
@@ -65,6 +67,7 @@ std::vector<Table> Observers::tables() const {
   if (settings.signal) append(all, signal.tables());
   if (settings.fragments) append(all, fragments.tables());
   if (!settings.loading.empty()) append(all, loading.tables(settings));
+  if (settings.discharge) append(all, discharge.tables());
   return all;
 }
 

@@ -5,6 +5,7 @@
 #include "src/observe/charge.hpp"
 #include "src/observe/contact_history.hpp"
 #include "src/observe/convergence.hpp"
+#include "src/observe/discharge.hpp"
 #include "src/observe/fragments.hpp"
 #include "src/observe/loading.hpp"
 #include "src/observe/observer_settings.hpp"
@@ -30,6 +31,7 @@ struct Observers {
   Signal signal;
   Fragmentation fragments;
   Loading loading;
+  Discharge discharge;
 
   Observers() = default;
   explicit Observers(const ObserverSettings& chosen) : settings(chosen) {}
@@ -49,7 +51,7 @@ struct Observers {
   // All that was seen, not the settings: those come from the case.
   template <class Archive>
   void archive(Archive& a) {
-    a(torque_power, shell_force, spectrum, captures, convergence, charge, contact_history, track, signal, fragments, loading);
+    a(torque_power, shell_force, spectrum, captures, convergence, charge, contact_history, track, signal, fragments, loading, discharge);
   }
 };
 

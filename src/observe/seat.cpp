@@ -70,6 +70,7 @@ Simulation first_vial(const Simulation& simulation, const PlanetaryMill& mill) {
   Simulation s;
   s.materials = simulation.materials;
   s.species = simulation.species;
+  s.shapes = simulation.shapes;
   s.clock = simulation.clock;
   s.gravity = disc.axes.transpose() * simulation.gravity;
   for (const Wall& original : simulation.walls) {
@@ -83,12 +84,20 @@ Simulation first_vial(const Simulation& simulation, const PlanetaryMill& mill) {
   }
   s.bonds = simulation.bonds;
   const Particles& p = simulation.particles;
+  const Rotation turned_back(Mat3(disc.axes.transpose()));
   for (Index i = 0; i < p.owned; ++i) {
     const auto k = static_cast<std::size_t>(i);
     const Vec3 place = disc.to_local(vec(p.position[k])), r = place - mill.centre;
     if (std::abs(std::atan2(across.dot(r), out.dot(r))) > share) continue;
+    const std::uint8_t shape = p.shape.empty() ? 0 : p.shape[k];
+    const double density = simulation.materials[p.material[k]].density;
     const auto row = static_cast<std::size_t>(
-        s.particles.add_sphere(triple(place), p.radius(i), simulation.materials[p.material[k]].density, p.material[k], p.species[k]));
+        shape == 0 ? s.particles.add_sphere(triple(place), p.radius(i), density, p.material[k], p.species[k])
+                   : s.particles.add_shape(triple(place), s.shapes[shape], shape, p.radius(i) / s.shapes[shape].bounding_radius, density, p.material[k], p.species[k]));
+    if (shape != 0) {
+      const Rotation turned = turned_back * rotation_of(p.orientation[k]);
+      s.particles.orientation[row] = {turned.x(), turned.y(), turned.z(), turned.w()};
+    }
     set(s.particles.velocity[row], disc.axes.transpose() * (vec(p.velocity[k]) - disc.velocity_at(vec(p.position[k]))));
     s.particles.id[row] = p.id[k];
     set(s.particles.spin[row], disc.axes.transpose() * (vec(p.spin[k]) - disc.angular_velocity));

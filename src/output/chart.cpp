@@ -176,6 +176,16 @@ std::vector<Chart> loading_chart(const Table& table, const std::string& title) {
   return {{"loading.png", titled("Loading", title), {forces, bonds}}};
 }
 
+std::vector<Chart> discharge_chart(const Table& table, const std::vector<Headline>& headlines, const std::string& title) {
+  const Column *time = find(table, "time"), *mass = find(table, "mass"), *rate = find(table, "rate");
+  if (!time || !mass || !rate || time->values.size() < 2) return {};
+  Panel masses{"time [s]", "mass [kg]", false, false, {}}, rates{"time [s]", "rate [kg/s]", false, false, {}};
+  masses.curves.push_back({"mass", time->values, mass->values, {}, {}, false});
+  rates.curves.push_back({"rate", time->values, rate->values, {}, {}, false});
+  add_mean(rates, headlines, "discharge_rate", time->values);
+  return {{"discharge.png", titled("Discharge", title), {masses, rates}}};
+}
+
 }  // namespace
 
 std::vector<Chart> charts_of(const std::vector<Table>& tables, const std::vector<Headline>& headlines, const std::string& title) {
@@ -185,6 +195,7 @@ std::vector<Chart> charts_of(const std::vector<Table>& tables, const std::vector
   if (const Table* table = find(tables, "convergence")) add(convergence_chart(*table, title));
   if (const Table* table = find(tables, "power")) add(power_chart(*table, headlines, title));
   if (const Table* table = find(tables, "loading")) add(loading_chart(*table, title));
+  if (const Table* table = find(tables, "discharge")) add(discharge_chart(*table, headlines, title));
   if (const Table* table = find(tables, "energy")) add(energy_chart(*table, title));
   if (const Table* table = find(tables, "damage")) add(damage_chart(*table, find(tables, "fragment_sizes"), title));
   return charts;

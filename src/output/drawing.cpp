@@ -48,6 +48,7 @@
 #include "src/base/whole_file.hpp"
 #include "src/output/axis_scale.hpp"
 #include "src/output/palette.hpp"
+#include "src/output/shape_surfaces.hpp"
 #include "src/output/wall_facets.hpp"
 
 VTK_MODULE_INIT(vtkRenderingOpenGL2)
@@ -200,45 +201,25 @@ void add_walls(vtkRenderer* renderer, const Simulation& s, const View& view, con
   }
 }
 
-// One colour for each particle, or none: then by speed.
-// `towards`: of the balls no more is shown than those that lie behind their middle in this direction; zero: all.
-void add_balls(vtkRenderer* renderer, const Particles& p, const Vec3& towards, vtkColorTransferFunction* colours, const std::vector<Colour>& own = {}) {
-  Vec3 middle = Vec3::Zero();
-  for (Index i = 0; i < p.owned; ++i) middle += vec(p.position[static_cast<std::size_t>(i)]) / p.owned;
-  vtkNew<vtkPoints> points;
-  vtkNew<vtkFloatArray> speed, radius;
-  vtkNew<vtkUnsignedCharArray> paint;
-  paint->SetName("colour");
-  paint->SetNumberOfComponents(3);
-  speed->SetName("speed");
-  radius->SetName("radius");
-  vtkNew<vtkCellArray> vertices;
-  for (Index i = 0; i < p.owned; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    const Quad &x = p.position[k], &v = p.velocity[k];
-    if (!std::isfinite(x.x + x.y + x.z + v.x + v.y + v.z)) continue;
-    if ((vec(x) - middle).dot(towards) > 0) continue;
-    const vtkIdType row = points->InsertNextPoint(x.x, x.y, x.z);
-    speed->InsertNextValue(static_cast<float>(length(xyz(v))));
-    radius->InsertNextValue(static_cast<float>(x.w));
-    if (!own.empty()) paint->InsertNextTuple3(255 * own[k][0], 255 * own[k][1], 255 * own[k][2]);
-    vertices->InsertNextCell(1, &row);
-  }
-  vtkNew<vtkPolyData> data;
-  data->SetPoints(points);
-  data->SetVerts(vertices);
-  data->GetPointData()->AddArray(radius);
-  vtkNew<vtkOpenGLSphereMapper> mapper;
+// Points of `particles` (rows), in a colour of each row's own, or by speed where none is given.
+void add_coloured(vtkRenderer* renderer, vtkPolyData* data, vtkPolyDataMapper* mapper, const Particles& p, const std::vector<std::size_t>& particles,
+                  vtkColorTransferFunction* colours, const std::vector<Colour>& own) {
   if (own.empty()) {
+    vtkNew<vtkFloatArray> speed;
+    speed->SetName("speed");
+    for (const std::size_t k : particles) speed->InsertNextValue(static_cast<float>(length(xyz(p.velocity[k]))));
     data->GetPointData()->SetScalars(speed);
     mapper->SetLookupTable(colours);
     mapper->UseLookupTableScalarRangeOn();
   } else {
+    vtkNew<vtkUnsignedCharArray> paint;
+    paint->SetName("colour");
+    paint->SetNumberOfComponents(3);
+    for (const std::size_t k : particles) paint->InsertNextTuple3(255 * own[k][0], 255 * own[k][1], 255 * own[k][2]);
     data->GetPointData()->SetScalars(paint);
     mapper->SetColorModeToDirectScalars();
   }
   mapper->SetInputData(data);
-  mapper->SetScaleArray("radius");
   mapper->InterpolateScalarsBeforeMappingOff();
   vtkNew<vtkActor> actor;
   actor->SetMapper(mapper);
@@ -247,6 +228,57 @@ void add_balls(vtkRenderer* renderer, const Particles& p, const Vec3& towards, v
   actor->GetProperty()->SetSpecular(0.30);
   actor->GetProperty()->SetSpecularPower(40);
   renderer->AddActor(actor);
+}
+
+// One colour for each particle, or none: then by speed.
+// `towards`: of the particles no more is shown than those that lie behind their middle in this direction; zero: all.
+void add_particles(vtkRenderer* renderer, const Simulation& s, const Vec3& towards, vtkColorTransferFunction* colours, const std::vector<Colour>& own = {}) {
+  const Particles& p = s.particles;
+  Vec3 middle = Vec3::Zero();
+  for (Index i = 0; i < p.owned; ++i) middle += vec(p.position[static_cast<std::size_t>(i)]) / p.owned;
+  const auto shown = [&](std::size_t k) {
+    const Quad &x = p.position[k], &v = p.velocity[k];
+    return std::isfinite(x.x + x.y + x.z + v.x + v.y + v.z) && !((vec(x) - middle).dot(towards) > 0);
+  };
+  vtkNew<vtkPoints> points;
+  vtkNew<vtkFloatArray> radius;
+  radius->SetName("radius");
+  vtkNew<vtkCellArray> vertices;
+  std::vector<std::size_t> spheres;
+  for (Index i = 0; i < p.owned; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    if ((!p.shape.empty() && p.shape[k] != 0) || !shown(k)) continue;
+    const Quad& x = p.position[k];
+    const vtkIdType row = points->InsertNextPoint(x.x, x.y, x.z);
+    radius->InsertNextValue(static_cast<float>(x.w));
+    vertices->InsertNextCell(1, &row);
+    spheres.push_back(k);
+  }
+  vtkNew<vtkPolyData> data;
+  data->SetPoints(points);
+  data->SetVerts(vertices);
+  data->GetPointData()->AddArray(radius);
+  vtkNew<vtkOpenGLSphereMapper> mapper;
+  mapper->SetScaleArray("radius");
+  if (!spheres.empty()) add_coloured(renderer, data, mapper, p, spheres, colours, own);
+  if (p.shape.empty()) return;
+  // Fine enough to look smooth, coarser where there are so many that each is small.
+  constexpr double most_triangles = 5e6;
+  const int cells = std::clamp(static_cast<int>(std::sqrt(most_triangles / (12.0 * std::max(1, p.owned)))), 4, 16);
+  const ShapeSurfaces surfaces = shape_surfaces(s, cells, shown);
+  vtkNew<vtkPoints> corners;
+  vtkNew<vtkFloatArray> normals;
+  normals->SetNumberOfComponents(3);
+  for (const Vec3& point : surfaces.points) corners->InsertNextPoint(point.data());
+  for (const Vec3& normal : surfaces.normals) normals->InsertNextTuple(normal.data());
+  vtkNew<vtkCellArray> triangles;
+  for (const auto& t : surfaces.triangles) triangles->InsertNextCell({t[0], t[1], t[2]});
+  vtkNew<vtkPolyData> shapes;
+  shapes->SetPoints(corners);
+  shapes->SetPolys(triangles);
+  shapes->GetPointData()->SetNormals(normals);
+  vtkNew<vtkPolyDataMapper> surface;
+  add_coloured(renderer, shapes, surface, p, surfaces.particle, colours, own);
 }
 
 void add_light(vtkRenderer* renderer, double x, double y, double z, double strength) {
@@ -370,28 +402,28 @@ void draw_charge(const ChargePicture& picture, const std::string& path) {
   const auto colours = speed_colours(speeds.most);
   if (by_fragment) {
     const Fragments fragments = find_fragments(s.bonds, s.particles, s.domain);
-    add_balls(renderer, s.particles, cut, colours, colours_of(fragments, s.particles));
+    add_particles(renderer, s, cut, colours, colours_of(fragments, s.particles));
     add_fragment_legend(renderer, fragments);
   } else {
-    add_balls(renderer, s.particles, cut, colours);
+    add_particles(renderer, s, cut, colours);
     add_speed_scale(renderer, colours, speeds);
   }
 
   // What the view must hold, across the axis: the extent of everything that is drawn.
   double half_width = 0, half_height = 0;
   double left = 1e300, right = -1e300, low = 1e300, high = -1e300;
-  const auto hold = [&](const Vec3& point, double r) {
+  const auto hold = [&](const Vec3& point, double across, double along) {
     const Vec3 d = point - shown.centre;
-    left = std::min(left, d.dot(view.right) - r), right = std::max(right, d.dot(view.right) + r);
-    low = std::min(low, d.dot(view.up) - r), high = std::max(high, d.dot(view.up) + r);
+    left = std::min(left, d.dot(view.right) - across), right = std::max(right, d.dot(view.right) + across);
+    low = std::min(low, d.dot(view.up) - along), high = std::max(high, d.dot(view.up) + along);
   };
-  for (Index i = 0; i < s.particles.owned; ++i) {
-    const Quad& q = s.particles.position[static_cast<std::size_t>(i)];
-    if (std::isfinite(q.x + q.y + q.z)) hold(vec(q), q.w);
+  for (std::size_t k = 0; k < static_cast<std::size_t>(s.particles.owned); ++k) {
+    const Quad& q = s.particles.position[k];
+    if (std::isfinite(q.x + q.y + q.z)) hold(vec(q), reach(s, k, view.right), reach(s, k, view.up));
   }
   for (const Wall& wall : s.walls)
     if (!std::holds_alternative<Plane>(wall.surface))
-      for (const Vec3& point : facets_of(wall, shown).points) hold(point, 0);
+      for (const Vec3& point : facets_of(wall, shown).points) hold(point, 0, 0);
   if (right < left) left = low = -1, right = high = 1;
   half_width = 0.5 * (right - left), half_height = 0.5 * (high - low);
   const Vec3 middle = shown.centre + 0.5 * (left + right) * view.right + 0.5 * (low + high) * view.up;

@@ -15,10 +15,10 @@ struct ChargePicture {
   std::vector<ShellMark> marks;
   Vec3 up = Vec3::Zero();        // zero: against gravity
   bool by_fragment = false;      // colours tell fragments apart instead of speeds; with bonds
-  bool cut_open = false;         // without the balls nearer to the viewer than the middle of all
+  bool cut_open = false;         // without the particles nearer to the viewer than the middle of all
 };
 
-// Balls coloured by speed or fragment, seen along the axis. 1200 × 900. Throws RunError where the file cannot be written.
+// Particles coloured by speed or fragment, seen along the axis. 1200 × 900. Throws RunError where the file cannot be written.
 void draw_charge(const ChargePicture& picture, const std::string& path);
 
 // 1200 × 900. Throws RunError where the file cannot be written.

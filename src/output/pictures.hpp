@@ -32,9 +32,8 @@ struct Drawn {
   std::vector<std::string> remarks;  // one plain sentence where pictures were skipped
 };
 
-// charge.png, with bonds fragments.png too, and, where the tables for them are there, spectrum.png, convergence.png, power.png, loading.png, energy.png and
-// damage.png. Where they cannot be drawn, a
-// remark says so; a run does not fail for a picture.
+// charge.png, with bonds fragments.png too, and, where the tables for them are there, spectrum.png, convergence.png, power.png, loading.png, discharge.png,
+// energy.png and damage.png. Where they cannot be drawn, a remark says so; a run does not fail for a picture.
 Drawn draw_pictures(const PictureRequest& request);
 
 // The charge now, as stage_<number>.png; where grains are bonded by fragment, and cut open halfway along the view.

@@ -15,6 +15,7 @@
 #include "bonds/fragments.hpp"
 #include "src/base/error.hpp"
 #include "src/base/whole_file.hpp"
+#include "src/output/shape_surfaces.hpp"
 #include "src/output/wall_facets.hpp"
 
 namespace quern {
@@ -128,32 +129,23 @@ vtkNew<vtkPolyData> bonds_of(const Simulation& s) {
 // The surfaces of particles that are no spheres.
 vtkNew<vtkPolyData> shapes_of(const Simulation& s) {
   constexpr int cells = 4;
+  const ShapeSurfaces surfaces = shape_surfaces(s, cells, [](std::size_t) { return true; });
   const Particles& p = s.particles;
-  std::vector<SurfaceMesh> meshes;
-  for (const Superquadric& shape : s.shapes) meshes.push_back(surface_mesh(shape, cells));
-  std::vector<std::size_t> order;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(p.owned); ++i)
-    if (p.shape[i] != 0) order.push_back(i);
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return p.id[a] < p.id[b]; });
   vtkNew<vtkPoints> points;
   points->SetDataTypeToDouble();
   vtkNew<vtkCellArray> triangles;
   auto velocity = array<vtkFloatArray>("velocity", 3, 0), diameter = array<vtkFloatArray>("diameter", 1, 0);
   auto species = array<vtkIntArray>("species", 1, 0), id = array<vtkIntArray>("id", 1, 0);
-  for (const std::size_t i : order) {
-    const SurfaceMesh& mesh = meshes[p.shape[i]];
-    const Quad &q = p.orientation[i], &v = p.velocity[i];
-    const Mat3 axes = rotation_of(q).toRotationMatrix() * (p.position[i].w / s.shapes[p.shape[i]].bounding_radius);
-    const vtkIdType base = points->GetNumberOfPoints();
-    for (const Vec3& corner : mesh.points) {
-      points->InsertNextPoint(Vec3(vec(p.position[i]) + axes * corner).data());
-      velocity->InsertNextTuple3(v.x, v.y, v.z);
-      diameter->InsertNextValue(static_cast<float>(2 * s.solid_radius(static_cast<Index>(i))));
-      species->InsertNextValue(p.species[i]);
-      id->InsertNextValue(p.id[i]);
-    }
-    for (const auto& t : mesh.triangles) triangles->InsertNextCell({base + t[0], base + t[1], base + t[2]});
+  for (std::size_t k = 0; k < surfaces.points.size(); ++k) {
+    const std::size_t i = surfaces.particle[k];
+    const Quad& v = p.velocity[i];
+    points->InsertNextPoint(surfaces.points[k].data());
+    velocity->InsertNextTuple3(v.x, v.y, v.z);
+    diameter->InsertNextValue(static_cast<float>(2 * s.solid_radius(static_cast<Index>(i))));
+    species->InsertNextValue(p.species[i]);
+    id->InsertNextValue(p.id[i]);
   }
+  for (const auto& t : surfaces.triangles) triangles->InsertNextCell({t[0], t[1], t[2]});
   vtkNew<vtkPolyData> data;
   data->SetPoints(points);
   data->SetPolys(triangles);

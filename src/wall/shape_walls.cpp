@@ -9,16 +9,43 @@ namespace {
 bool is_cylinder(const Revolved& r) { return r.radius_0 == r.radius_1; }
 bool is_disc(const Revolved& r) { return r.z_0 == r.z_1; }
 
+constexpr double one_degree = 1 - 1.5230484360873042e-4;  // its cosine
+
+// A sheet between two circles, in its own axes. Its face touches where the place of its plane that is deepest in the body lies on it; its edges
+// where else they are deepest. An edge pushes off the sheet or along its normal, never towards it: where a drum's end meets its jacket, an edge would.
+int touch_disc(const Revolved& r, const PlacedShape& body, ShapeContact* contacts) {
+  const double inner = std::min(r.radius_0, r.radius_1), outer = std::max(r.radius_0, r.radius_1);
+  const Vec3 normal = (body.centre.z() < r.z_0 ? -1 : 1) * Vec3::UnitZ();
+  ShapeContact face = touch_plane(body, {0, 0, r.z_0}, normal);
+  if (!face.touching) return 0;
+  const double distance = std::abs(body.centre.z() - r.z_0);
+  const Vec3 deepest = body.centre + distance / (distance + face.overlap) * (face.on_first - body.centre);
+  const auto put = [&](const Vec3& place) { face.on_second = place, face.on_first = place - face.overlap * normal; };
+  const auto off = [](const Vec3& place) { return place.head<2>().norm(); };
+  const double at = off(deepest);
+  int count = 0;
+  if (at >= inner && at <= outer) {
+    if (off(face.on_second) < inner || off(face.on_second) > outer) put(deepest);
+    contacts[count++] = face;
+  }
+  const auto edge = [&](double radius, Sheet sheet) {
+    ShapeContact found[most_places];
+    const int places = touch_circle(body, radius, r.z_0, sheet, found);
+    for (int k = 0; k < places && count < most_places; ++k) {
+      const double outward = found[k].normal.head<2>().dot(found[k].on_second.head<2>());
+      if (sheet == Sheet::beyond ? outward > 0 : outward < 0) put(found[k].on_second), found[k] = face;
+      if (std::none_of(contacts, contacts + count, [&](const ShapeContact& c) { return c.normal.dot(found[k].normal) > one_degree; })) contacts[count++] = found[k];
+    }
+  };
+  if (inner > 0) edge(inner, Sheet::beyond);
+  if (at > outer) edge(outer, Sheet::within);
+  return count;
+}
+
 // In the wall's own axes.
 int touch_revolved(const Revolved& r, const PlacedShape& body, ShapeContact* contacts) {
+  if (is_disc(r)) return touch_disc(r, body, contacts);
   int count = 0;
-  if (is_disc(r)) {
-    const double side = body.centre.z() < r.z_0 ? -1 : 1;
-    contacts[0] = touch_plane(body, {0, 0, r.z_0}, side * Vec3::UnitZ());
-    const double off = contacts[0].on_second.head<2>().norm();
-    const bool meets = contacts[0].touching && off <= std::max(r.radius_0, r.radius_1) && off >= std::min(r.radius_0, r.radius_1);
-    return meets ? 1 : 0;
-  }
   const bool inside = r.side == Revolved::Side::inside || (r.side == Revolved::Side::both && body.centre.head<2>().norm() < r.radius_0);
   if (inside) {
     count = touch_inside_cylinder(body, r.radius_0, contacts);
@@ -59,7 +86,6 @@ int touch_mesh(const Mesh& mesh, const Index* first, const Index* last, const Pl
       c.on_second = at.deepest.place, c.on_first = c.on_second - c.overlap * c.normal;
     return c;
   };
-  constexpr double one_degree = 1 - 1.5230484360873042e-4;
   int count = 0;
   for (std::size_t k = 0; k < near.size() && count < most_places; ++k) {
     bool deepest = true;
