@@ -15,7 +15,6 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 std::uint64_t key_of(Index first, Index second) { return static_cast<std::uint64_t>(first) << 32 | static_cast<std::uint64_t>(second); }
 
-
 double together(double a, double b) { return a * b / (a + b); }
 
 }  // namespace

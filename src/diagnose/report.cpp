@@ -38,11 +38,10 @@ class Page {
   }
 
   std::string html() const {
-    const char* accent = d_.verdict == Verdict::nothing_missing ? "#009e73" : d_.verdict == Verdict::parameters_only ? "#0072b2" : d_.verdict == Verdict::omitted_physics ? "#d55e00" : d_.verdict == Verdict::unexplained ? "#cc79a7" : "#56565c";
     const std::string title = experiment_.base().has("title") ? experiment_.base().text("title") : experiment_.base().text("name");
     return fmt::format("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n<title>{0}</title>\n"
                        "<style>{1}:root{{--accent:{2}}}</style></head><body>\n<h1>{0}</h1>\n{3}{4}{5}{6}{7}{8}{9}</body></html>\n",
-                       e(title), style, accent, verdict(), where(), what(), rivals(), better(), detectable(), method());
+                       e(title), style, accent_of(d_.verdict), verdict(), where(), what(), rivals(), better(), detectable(), method());
   }
 
   const std::vector<RunChart>& runs() const { return runs_; }
@@ -50,21 +49,8 @@ class Page {
  private:
   bool named() const { return d_.verdict == Verdict::omitted_physics; }
 
-  std::string sentence() const {
-    switch (d_.verdict) {
-      case Verdict::nothing_missing: return "Nothing is missing: the case explains these recordings down to their noise.";
-      case Verdict::parameters_only: return "No physics is missing. Numbers of the case were off; calibrated, it explains these recordings.";
-      case Verdict::unexplained: return "Something is missing, and no effect of the catalogue accounts for it.";
-      case Verdict::insufficient_data: return "These recordings cannot tell.";
-      case Verdict::omitted_physics: break;
-    }
-    const std::string text = capital(joined(d_.effects));
-    if (of_instrument(d_.effects)) return fmt::format("The instrument, not the physics: {}.", joined(d_.effects));
-    return fmt::format("{} {} missing from the case.", text, d_.effects.size() > 1 ? "are" : "is");
-  }
-
   std::string verdict() const {
-    std::string text = fmt::format("<div class=\"verdict\"><strong>{}</strong>", e(sentence()));
+    std::string text = fmt::format("<div class=\"verdict\"><strong>{}</strong>", e(sentence(d_)));
     if (!d_.indistinguishable.empty()) text += fmt::format("These recordings cannot tell it from {}.", e(joined(d_.indistinguishable, ", ", " or ")));
     std::string numbers;
     const auto number = [&](const std::string& value, const std::string& meaning) { numbers += fmt::format("<div><b>{}</b><span>{}</span></div>", value, meaning); };

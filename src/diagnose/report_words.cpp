@@ -109,4 +109,27 @@ bool of_instrument(const std::vector<std::string>& effects) {
   return !effects.empty() && std::all_of(effects.begin(), effects.end(), [](const std::string& name) { return all.count(name) > 0; });
 }
 
+std::string sentence(const Finding& d) {
+  switch (d.verdict) {
+    case Verdict::nothing_missing: return "Nothing is missing: the case explains these recordings down to their noise.";
+    case Verdict::parameters_only: return "No physics is missing. Numbers of the case were off; calibrated, it explains these recordings.";
+    case Verdict::unexplained: return "Something is missing, and no effect of the catalogue accounts for it.";
+    case Verdict::insufficient_data: return "These recordings cannot tell.";
+    case Verdict::omitted_physics: break;
+  }
+  if (of_instrument(d.effects)) return fmt::format("The instrument, not the physics: {}.", joined(d.effects));
+  return fmt::format("{} {} missing from the case.", capital(joined(d.effects)), d.effects.size() > 1 ? "are" : "is");
+}
+
+const char* accent_of(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::nothing_missing: return "#009e73";
+    case Verdict::parameters_only: return "#0072b2";
+    case Verdict::omitted_physics: return "#d55e00";
+    case Verdict::unexplained: return "#cc79a7";
+    case Verdict::insufficient_data: break;
+  }
+  return "#56565c";
+}
+
 }  // namespace quern::page

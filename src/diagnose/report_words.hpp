@@ -22,6 +22,9 @@ std::string percent(double part);                // HTML
 std::string ratio(double x);
 bool of_instrument(const std::vector<std::string>& effects);
 
+std::string sentence(const Finding& finding);    // the verdict, as it is said first
+const char* accent_of(Verdict verdict);          // the colour that goes with it
+
 // A number and its interval with as many digits as the interval deserves.
 struct Spoken {
   std::string value, interval;

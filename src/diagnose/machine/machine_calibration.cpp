@@ -48,7 +48,7 @@ MachineFit MachineInvestigation::settled(const std::vector<MachineParameter>& pa
   for (int round = 0; round < rounds && fit.sound; ++round) {
     constexpr double near = 0.2;
     if (model_.explored(fit, near * std::max(1.0, fit.z.size() > 0 ? fit.z.cwiseAbs().maxCoeff() : 1.0))) break;
-    if (model_.effort({train_.front(), fit.moved, fit.z}) > 2 * most_effort || !model_.run(model_.requests_at(fit, train_), what + " where it fits")) break;
+    if (model_.effort({train_.front(), fit.moved, fit.z}) > 2 * most_effort || !model_.run(at_rows(train_, fit.moved, fit.z), what + " where it fits")) break;
     reach *= 2;
     from.push_back(fit.z);
     fit = model_.fit(parameters, train_, from, reach);
@@ -78,7 +78,7 @@ MachineFit MachineInvestigation::polished(const MachineFit& fit) {
     best = model_.fit(fit.moved, train_, {best.z, fit.z}, 1e3);
     constexpr double near = 0.15;
     if (!best.sound || model_.explored(best, near * std::max(1.0, best.z.cwiseAbs().maxCoeff()))) break;
-    model_.run(model_.requests_at(best, train_), "the best");
+    model_.run(at_rows(train_, best.moved, best.z), "the best");
   }
   note("the best", best);
   return best.sound ? best : fit;

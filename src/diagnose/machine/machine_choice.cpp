@@ -11,6 +11,12 @@ namespace quern {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+namespace {
+
+constexpr const char* smooth_changes = "smooth changes of each channel with the conditions";
+
+}  // namespace
+
 Explanation MachineInvestigation::explain_by(const std::vector<const MachineCandidate*>& which, int rounds, const std::vector<VectorXd>& also) {
   Explanation e;
   std::vector<MachineParameter> parameters = free_;
@@ -18,7 +24,7 @@ Explanation MachineInvestigation::explain_by(const std::vector<const MachineCand
     parameters.push_back(c->parameter);
     e.effects.push_back(c->effect);
     e.form += (e.form.empty() || c->form.empty() ? "" : ", ") + c->form;
-    e.rival |= c->rival, e.surprise += c->surprise;
+    e.rival |= c->rival;
   }
   const auto n = static_cast<Row>(parameters.size()), f = static_cast<Row>(free_.size());
   std::vector<VectorXd> from = also;
@@ -40,8 +46,7 @@ Explanation MachineInvestigation::explain_by(const std::vector<const MachineCand
 
 void MachineInvestigation::rate(Explanation& e) const {
   e.gain = e.fit.log_likelihood - baseline_.log_likelihood;
-  const double numbers = static_cast<double>(model_.tell(free_, baseline_.z, train_).mean.size());
-  e.bic = -2 * e.gain + static_cast<double>(e.fit.moved.size() - free_.size()) * std::log(std::max(2.0, numbers));
+  e.bic = -2 * e.gain + static_cast<double>(e.fit.moved.size() - free_.size()) * std::log(std::max(2.0, static_cast<double>(numbers_)));
 }
 
 double MachineInvestigation::free_form_bic() const {
@@ -61,7 +66,7 @@ void MachineInvestigation::weigh() {
   const double count = std::max<double>(1, static_cast<double>(names.size()));
   const auto weight = [&](const Explanation& e) {
     const double prior = e.free_form ? std::log(prior_unknown) : e.effects.size() > 1 ? std::log(prior_two / (count * (count - 1) / 2)) : std::log(prior_one / count / forms[e.effects.front()]);
-    double strange = e.surprise;
+    double strange = 0;
     for (std::size_t k = 0; k < e.fit.moved.size() && !e.free_form; ++k)  // instruments are calibrated: wrong by some hundredths, not by half
       if (e.fit.moved[k].acts == MachineParameter::Acts::gain) strange += 0.5 * std::pow(std::log(std::max(1e-3, e.fit.value(k))) / 0.05, 2);
     return -0.5 * e.bic - strange + prior;
@@ -119,7 +124,7 @@ void MachineInvestigation::explain() {
     look();
   }
   Explanation smooth;
-  smooth.effects = {"unknown"}, smooth.form = "smooth changes of each channel with the conditions", smooth.free_form = true;
+  smooth.effects = {"unknown"}, smooth.form = smooth_changes, smooth.free_form = true;
   smooth.fit = baseline_, smooth.bic = free_form_bic();
   tried_.push_back(smooth);
   weigh();
@@ -218,7 +223,7 @@ void MachineInvestigation::choose() {
 void MachineInvestigation::unexplained(const Explanation* named) {
   d_.verdict = Verdict::unexplained;
   d_.best = baseline_;
-  d_.form = "smooth changes of each channel with the conditions";
+  d_.form = smooth_changes;
   double probability = named != nullptr ? named->probability : 0;
   d_.confidence = std::clamp(1 - probability * std::min(1.0, d_.remaining_p / left_level), 0.5, 0.97);
   if (named != nullptr)

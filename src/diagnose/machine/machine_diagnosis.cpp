@@ -60,13 +60,12 @@ void MachineInvestigation::split() {
 }
 
 bool MachineInvestigation::enough_data() {
-  std::size_t numbers = 0;
   for (const RecordedChannel& channel : experiment_.channels())
-    for (const auto& site : channel.sites) numbers += std::find(train_.begin(), train_.end(), site.row) != train_.end();
-  if (numbers >= free_.size() + 3) return true;
+    for (const auto& site : channel.sites) numbers_ += std::find(train_.begin(), train_.end(), site.row) != train_.end();
+  if (numbers_ >= free_.size() + 3) return true;
   d_.verdict = Verdict::insufficient_data;
   d_.confidence = 0.9;
-  d_.remarks.push_back(fmt::format("{} numbers stand against {} that may be calibrated; at least three more are needed to tell noise from physics.", numbers, free_.size()));
+  d_.remarks.push_back(fmt::format("{} numbers stand against {} that may be calibrated; at least three more are needed to tell noise from physics.", numbers_, free_.size()));
   return false;
 }
 
@@ -118,9 +117,7 @@ void MachineInvestigation::locate() {
         const double statistic = std::abs(sum) / std::sqrt(static_cast<double>(last - first + 1));
         if (statistic <= most) continue;
         most = statistic;
-        std::string unit = by_energy ? "J" : "1";
-        for (const MachineConditionName& one : machine_condition_names)
-          if (!by_energy && experiment_.leading_condition() == one.name) unit = one.unit;
+        const std::string unit = by_energy ? "J" : unit_of_machine_condition(experiment_.leading_condition());
         d_.where = {channel.label(), by_energy ? "energy" : experiment_.leading_condition(), unit, "", "", points[first].at, points[last].at, d_.adequacy_p, sum > 0 ? "above" : "below"};
       }
     }

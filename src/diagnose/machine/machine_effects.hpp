@@ -27,7 +27,6 @@ struct MachineCandidate {
   std::string effect, form;
   MachineParameter parameter;
   bool rival = false;             // a quantity that the case calls known, set free: shown, never a verdict
-  double surprise = 0;            // ln by which it is less likely than others before any data
 };
 
 // The keys that the case sets free, as parameters.

@@ -62,7 +62,6 @@ class MachineExperiment {
   const Values& base() const { return base_; }
   const MachineRecording& recording() const { return *recording_; }
   const std::vector<RecordedChannel>& channels() const { return channels_; }
-  std::vector<RecordedChannel>& channels() { return channels_; }
   // Plain sentences: what was joined.
   const std::vector<std::string>& remarks() const { return remarks_; }
   // The condition that takes the most values, by which places are told; "" where there is only one.

@@ -29,12 +29,13 @@ struct Explanation {
   std::vector<std::string> effects;
   std::string form;
   MachineFit fit;
-  double gain = 0, bic = 0, probability = 0, held_out = 0, held_out_gain = 0, surprise = 0;
+  double gain = 0, bic = 0, probability = 0, held_out = 0, held_out_gain = 0;
   bool rival = false, free_form = false;
 };
 
 // What is left of a fit in units of its noise, with the slopes of what was fitted taken out of it.
 struct WhiteRest {
+  MachineTold told;
   Eigen::VectorXd rest;
   Eigen::MatrixXd basis;                     // orthonormal, of the slopes
   Eigen::LLT<Eigen::MatrixXd> factor;
@@ -113,6 +114,7 @@ class MachineInvestigation {
   MachineModel model_;
   DiagnoseOptions options_;
   std::vector<std::size_t> fit_, select_, sealed_, train_;
+  std::size_t numbers_ = 0;            // recorded, of training
   std::vector<MachineParameter> free_;
   std::vector<MachineCandidate> candidates_;
   std::vector<Filter> filters_;        // by candidate, then smooth changes

@@ -19,6 +19,13 @@ double steps_of(const Values& values) {
   return c.duration / build_case(c).simulation.clock.time_step;
 }
 
+// The largest difference of two sets of parameters; `before` may be from when there were fewer of them.
+double farthest_step(const VectorXd& before, const VectorXd& now) {
+  double far = 0;
+  for (Row p = 0; p < now.size(); ++p) far = std::max(far, std::abs((p < before.size() ? before[p] : 0) - now[p]));
+  return far;
+}
+
 // Of runs that differ in their packing, and how much that makes.
 Outcome mean_of(const std::vector<Outcome>& all) {
   if (all.size() == 1) return all.front();
@@ -51,8 +58,9 @@ MachineModel::MachineModel(const MachineExperiment& experiment, CaseRunner runne
     unknown_noise_.push_back(channel.scale == Scale::logarithm ? 0.1 : usual * std::max(largest, 1e-12));
   }
   for (std::size_t r = 0; r < experiment.recording().rows.size(); ++r) {
-    const Case c = case_of(experiment.values_of(r, {}));
-    steps_.push_back(steps_of(experiment.values_of(r, {})));
+    const Values values = experiment.values_of(r, {});
+    const Case c = case_of(values);
+    steps_.push_back(steps_of(values));
     turns_.push_back(c.mill ? std::abs(c.mill->speed) : c.stirred ? std::abs(c.stirred->speed) : 0);
   }
 }
@@ -100,10 +108,7 @@ bool MachineModel::run(const std::vector<Request>& requests, const std::string& 
   for (const Request& one : requests) {
     const VectorXd here = at(one.parameters, one.z);
     const auto before = std::find_if(runs_.begin(), runs_.end(), [&](const Made& m) {
-      const Row n = std::max(m.at.size(), here.size());
-      double far = 0;
-      for (Row p = 0; p < n; ++p) far = std::max(far, std::abs((p < m.at.size() ? m.at[p] : 0) - (p < here.size() ? here[p] : 0)));
-      return m.row == one.row && far < 1e-9;
+      return m.row == one.row && farthest_step(m.at, here) < 1e-9;
     });
     if (before != runs_.end()) {
       sound &= before->outcome.sound;
@@ -157,20 +162,11 @@ void MachineModel::learn() {
   }
 }
 
-std::vector<MachineModel::Request> MachineModel::requests_at(const MachineFit& fit, const std::vector<std::size_t>& rows) const {
-  std::vector<Request> all;
-  for (const std::size_t row : rows) all.push_back({row, fit.moved, fit.z});
-  return all;
-}
-
 bool MachineModel::explored(const MachineFit& fit, double part) const {
   const VectorXd here = at(fit.moved, fit.z);
   return std::all_of(fit.rows.begin(), fit.rows.end(), [&](std::size_t row) {
     return std::any_of(runs_.begin(), runs_.end(), [&](const Made& m) {
-      if (m.row != row) return false;
-      double far = 0;
-      for (Row p = 0; p < here.size(); ++p) far = std::max(far, std::abs((p < m.at.size() ? m.at[p] : 0) - here[p]));
-      return far <= part;
+      return m.row == row && farthest_step(m.at, here) <= part;
     });
   });
 }

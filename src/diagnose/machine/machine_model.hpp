@@ -55,7 +55,6 @@ class MachineModel {
 
   // Whether runs near these values were made for all the rows: within a part of a step.
   bool explored(const MachineFit& fit, double part) const;
-  std::vector<Request> requests_at(const MachineFit& fit, const std::vector<std::size_t>& rows) const;
 
   MachineTold tell(const std::vector<MachineParameter>& parameters, const Eigen::VectorXd& z, const std::vector<std::size_t>& rows) const;
   // ∂ mean/∂ z.

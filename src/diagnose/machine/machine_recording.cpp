@@ -156,6 +156,12 @@ const MachineChannel& machine_channel(const std::string& name) {
   return *std::find_if(machine_channels.begin(), machine_channels.end(), [&](const MachineChannel& c) { return name == c.name; });
 }
 
+const char* unit_of_machine_condition(const std::string& name) {
+  for (const MachineConditionName& one : machine_condition_names)
+    if (name == one.name) return one.unit;
+  return "1";
+}
+
 bool is_machine_recording(const std::string& file) {
   const TextTable table = read_cells(file);
   return table.find("t") < 0 && std::any_of(table.names.begin(), table.names.end(), is_channel);

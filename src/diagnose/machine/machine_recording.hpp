@@ -37,6 +37,9 @@ inline constexpr std::array machine_condition_names = {
     MachineConditionName{"campaign_time", "s", "mill.campaign_time"},
 };
 
+// "1" where it has none of its own.
+const char* unit_of_machine_condition(const std::string& name);
+
 struct Reading {
   std::string channel;
   double value = 0;       // in the channel's unit

@@ -39,29 +39,15 @@ Chart chart_of(const MachineExperiment& experiment, const MachineDiagnosis& d, s
     };
     add(recorded, p.recorded, p.noise), add(before, p.before, p.before_deviation), add(after, p.after, p.after_deviation);
   }
-  std::string unit = spectrum ? "J" : "";
-  for (const MachineConditionName& one : machine_condition_names)
-    if (!spectrum && leading == one.name) unit = one.unit;
+  const std::string unit = spectrum ? "J" : unit_of_machine_condition(leading);
   Panel panel;
-  panel.x_label = fmt::format("{}{}", words_of(spectrum ? "energy" : leading), unit.empty() || unit == "1" ? "" : " [" + unit + "]");
+  panel.x_label = fmt::format("{}{}", words_of(spectrum ? "energy" : leading), unit == "1" ? "" : " [" + unit + "]");
   const std::string of = machine_channel(channel.name).unit;
   panel.y_label = fmt::format("{}{}", words_of(channel.label()), of == "1" ? "" : " [" + of + "]");
   panel.log_x = panel.log_y = spectrum;
   panel.curves = {recorded, before};
   if (both) panel.curves.push_back(after);
   return {"diagnosis.png", words_of(channel.label()), {panel}};
-}
-
-std::string sentence(const MachineDiagnosis& d) {
-  switch (d.verdict) {
-    case Verdict::nothing_missing: return "Nothing is missing: the case explains these recordings down to their noise.";
-    case Verdict::parameters_only: return "No physics is missing. Numbers of the case were off; calibrated, it explains these recordings.";
-    case Verdict::unexplained: return "Something is missing, and no effect of the catalogue accounts for it.";
-    case Verdict::insufficient_data: return "These recordings cannot tell.";
-    case Verdict::omitted_physics: break;
-  }
-  if (of_instrument(d.effects)) return fmt::format("The instrument, not the physics: {}.", joined(d.effects));
-  return fmt::format("{} {} missing from the case.", capital(joined(d.effects)), d.effects.size() > 1 ? "are" : "is");
 }
 
 std::string verdict_of(const MachineExperiment& experiment, const MachineDiagnosis& d, bool both) {
@@ -136,7 +122,6 @@ std::string method_of(const MachineExperiment& experiment, const MachineDiagnosi
 
 std::vector<std::string> write_machine_report(const MachineExperiment& experiment, const MachineDiagnosis& d, const std::string& directory) {
   const bool both = d.verdict == Verdict::omitted_physics;
-  const char* accent = d.verdict == Verdict::nothing_missing ? "#009e73" : d.verdict == Verdict::parameters_only ? "#0072b2" : both ? "#d55e00" : d.verdict == Verdict::unexplained ? "#cc79a7" : "#56565c";
   const std::string title = experiment.base().has("title") ? experiment.base().text("title") : experiment.base().text("name");
   std::string charts;
   Chart picture{"diagnosis.png", title, {}};
@@ -148,7 +133,7 @@ std::vector<std::string> write_machine_report(const MachineExperiment& experimen
     }
   const std::string html = fmt::format("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n<title>{0}</title>\n"
                                        "<style>{1}:root{{--accent:{2}}}</style></head><body>\n<h1>{0}</h1>\n{3}<h2>Where</h2>\n{4}<div class=\"runs\">\n{5}</div>\n{6}{7}{8}{9}</body></html>\n",
-                                       e(title), style, accent, verdict_of(experiment, d, both), where_of(d), charts, parameters_of(d), rivals_of(d), detectable_of(d), method_of(experiment, d));
+                                       e(title), style, accent_of(d.verdict), verdict_of(experiment, d, both), where_of(d), charts, parameters_of(d), rivals_of(d), detectable_of(d), method_of(experiment, d));
   write_whole_file(directory + "/report.html", html);
   if (picture.panels.empty()) return {};
   PictureRequest request;

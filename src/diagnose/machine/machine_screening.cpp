@@ -16,8 +16,9 @@ double normal_above(double x) { return 0.5 * std::erfc(x / std::sqrt(2.0)); }
 bool alike(const MachineParameter& a, const MachineParameter& b) { return a.key == b.key && a.moves.size() == b.moves.size(); }
 
 WhiteRest MachineInvestigation::whitened(const MachineFit& fit) const {
-  const MachineTold told = model_.tell(fit.moved, fit.z, train_);
   WhiteRest w;
+  w.told = model_.tell(fit.moved, fit.z, train_);
+  const MachineTold& told = w.told;
   w.factor.compute(told.covariance);
   MatrixXd slopes = MatrixXd::Zero(told.mean.size(), 0);
   if (!fit.moved.empty()) slopes = w.factor.matrixL().solve(model_.slopes(fit.moved, fit.z, train_));
@@ -38,7 +39,7 @@ std::vector<Filter> MachineInvestigation::filters_about(const MachineFit& fit, c
     const double length = left.norm();
     all.push_back({length > 1e-6 ? VectorXd(left / length) : VectorXd::Zero(left.size()), length, one_sided});
   };
-  const MachineTold told = model_.tell(fit.moved, fit.z, train_);
+  const MachineTold& told = w.told;
   for (const MachineCandidate& c : candidates_) {
     const auto same = std::find_if(fit.moved.begin(), fit.moved.end(), [&](const MachineParameter& p) { return alike(p, c.parameter); });
     if (same != fit.moved.end() || (c.parameter.simulated() && c.parameter.dimension < 0)) {
@@ -122,8 +123,12 @@ void MachineInvestigation::screen() {
     VectorXd z = VectorXd::Zero(static_cast<Row>(with.size()));
     z[z.size() - 1] = 1;
     // What makes contacts so stiff that runs would take for ever is looked at more weakly.
-    for (int halvings = 0; halvings < 3 && model_.effort({train_.front(), with, z}) > most_effort; ++halvings) c.parameter.scale *= 0.3, with.back() = c.parameter;
-    if (model_.effort({train_.front(), with, z}) > most_effort) {
+    double effort = model_.effort({train_.front(), with, z});
+    for (int weaker = 0; weaker < 3 && effort > most_effort; ++weaker) {
+      c.parameter.scale *= 0.3, with.back() = c.parameter;
+      effort = model_.effort({train_.front(), with, z});
+    }
+    if (effort > most_effort) {
       c.parameter.dimension = -1;
       d_.remarks.push_back(fmt::format("{} was not looked for: its runs would take more than {:.0f} times as long as those of the case.", c.effect, most_effort));
       continue;
