@@ -10,7 +10,7 @@ namespace {
 
 const std::map<std::string, int> floors = {
     {"src/base", 0},  {"shapes", 1},     {"src/material", 1}, {"src/particle", 2}, {"src/contact", 2}, {"src/wall", 2},     {"bonds", 2},   {"mills", 3},
-    {"src/field", 3}, {"src/engine", 4}, {"src/observe", 5},  {"src/grinding", 5}, {"src/case", 6},    {"src/output", 6}, {"src/calibrate", 7}, {"src/diagnose", 7}, {"src/cli", 8}};
+    {"src/field", 3}, {"src/engine", 4}, {"src/observe", 5},  {"src/grinding", 5}, {"src/case", 6},    {"src/output", 6}, {"src/calibrate", 7}, {"src/convert", 7}, {"src/diagnose", 7}, {"src/cli", 8}, {"src/python", 8}};
 
 // The floor of a path from the root; −1: not in the house.
 int floor_of(const std::string& path) {

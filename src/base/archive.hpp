@@ -14,6 +14,11 @@
 
 namespace quern {
 
+// The bytes are not what was written: a clause that says why.
+struct UnfitData : InputError {
+  using InputError::InputError;
+};
+
 class ArchiveWriter {
  public:
   std::string bytes;
@@ -103,14 +108,14 @@ class ArchiveReader {
 
  private:
   const char* take(std::size_t count) {
-    if (count > bytes_.size() - at_) throw InputError("the data end too early");
+    if (count > bytes_.size() - at_) throw UnfitData("the data end too early");
     at_ += count;
     return bytes_.data() + at_ - count;
   }
   std::size_t get_size() {
     std::uint64_t size = 0;
     get(size);
-    if (size > bytes_.size()) throw InputError("the data name a length that they do not hold");
+    if (size > bytes_.size()) throw UnfitData("the data name a length that they do not hold");
     return static_cast<std::size_t>(size);
   }
   template <class T>
@@ -138,8 +143,9 @@ class ArchiveReader {
       values.resize(size);
       if (size > 0) std::memcpy(static_cast<void*>(values.data()), from, size * sizeof(T));
     } else {
-      values.resize(size);
-      for (T& value : values) get(value);
+      // One by one: the length may be a lie.
+      values.clear();
+      for (std::size_t k = 0; k < size; ++k) get(values.emplace_back());
     }
   }
   template <class K, class V>

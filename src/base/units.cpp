@@ -75,6 +75,9 @@ double Units::read(std::string_view quantity, std::string_view si_unit) const {
   if (!std::isalpha(head) && head != '%' && head < 0x80 && !unit_text.starts_with("1/") && unit_text != "1")
     refuse(", which is not a finite number with a unit");
 
+  constexpr std::size_t longest_unit = 100;
+  if (unit_text.size() > longest_unit) refuse(", whose unit is not known");
+
   const Unit from(ut_parse(database_->system.get(), unit_text.c_str(), UT_UTF8));
   if (!from) refuse(", whose unit " + shown(unit_text) + " is not known");
   const Unit to(ut_parse(database_->system.get(), std::string(si_unit).c_str(), UT_UTF8));

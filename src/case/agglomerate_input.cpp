@@ -61,7 +61,7 @@ BodyShape read_shape(const Values& v, const std::string& t, const std::string& s
 }
 
 std::vector<Grain> read_assembly(const Values& v, const std::string& key, const std::vector<std::uint8_t>& kinds) {
-  const std::string file = beside(v, v.text(key));
+  const std::string file = beside(v, key);
   const NumberTable table = read_numbers(file);
   for (const std::string& column : table.names)
     if (column != "x" && column != "y" && column != "z" && column != "diameter" && column != "kind")
@@ -107,7 +107,7 @@ AgglomerateCase read_agglomerate(const Values& v, const std::string& name, const
     for (const Grain& grain : body.grains) smallest = std::min(smallest, grain.diameter);
   } else {
     body.request.shape = read_shape(v, t, v.text(t + ".shape"));
-    if (std::holds_alternative<Mesh>(body.request.shape)) body.mesh = {beside(v, v.text(t + ".file")), v.number(t + ".scale")};
+    if (std::holds_alternative<Mesh>(body.request.shape)) body.mesh = {beside(v, t + ".file"), v.number(t + ".scale")};
     const std::vector<double> shares = v.has(t + ".shares") ? v.numbers(t + ".shares") : std::vector<double>(kinds.size(), 1.0);
     if (shares.size() != kinds.size()) v.refuse(t + ".shares", fmt::format("found {} numbers; allowed are as many as grains, {}", shares.size(), kinds.size()));
     for (std::size_t k = 0; k < kinds.size(); ++k) body.request.portions.push_back({kinds[k], c.species[kinds[k]].sizes, shares[k]});

@@ -6,6 +6,7 @@
 #include "src/base/error.hpp"
 #include "src/case/agglomerate_input.hpp"
 #include "src/case/csv.hpp"
+#include "src/case/echo.hpp"
 #include "src/case/effects_input.hpp"
 #include "src/case/medium_input.hpp"
 #include "src/case/mill_input.hpp"
@@ -125,7 +126,7 @@ SizeDistribution read_sizes(const Values& v, const std::string& t) {
     }
     if (kind == "table") {
       need("table", kind);
-      const std::string file = beside(v, v.text(t + ".table"));
+      const std::string file = beside(v, t + ".table");
       const NumberTable table = read_numbers(file);
       if (table.columns.size() != 2) v.refuse(t + ".table", fmt::format("found {} columns in {}; allowed are two, diameter [m] and mass fraction finer [1]", table.columns.size(), file));
       return SizeDistribution::table(table.columns[0], table.columns[1]);
@@ -209,7 +210,7 @@ WallCase read_wall(const Values& v, const std::string& name, const std::vector<s
   if (type == "disc" && wall.inner_radius >= wall.radius) v.refuse(t + ".inner_radius", fmt::format("found {} m; allowed is less than the radius, {} m", wall.inner_radius, wall.radius));
   const std::string side = v.text(t + ".side");
   wall.side = side == "inside" ? Revolved::Side::inside : side == "outside" ? Revolved::Side::outside : Revolved::Side::both;
-  if (type == "mesh") wall.file = beside(v, v.text(t + ".file"));
+  if (type == "mesh") wall.file = beside(v, t + ".file");
   wall.scale = v.number(t + ".scale");
   wall.open = v.flag(t + ".open");
   return wall;
@@ -238,7 +239,7 @@ InsertCase read_insert(const Values& v, const std::string& name, const Case& c, 
     if (v.has(t + ".positions")) {
       for (const Vec3& position : v.vectors(t + ".positions")) insert.balls.push_back({position, insert.velocity, insert.spin, 0});
     } else {
-      const std::string file = beside(v, v.text(t + ".file"));
+      const std::string file = beside(v, t + ".file");
       const NumberTable table = read_numbers(file);
       for (const std::string& column : table.names) {
         const std::vector<std::string> known = {"x", "y", "z", "diameter", "vx", "vy", "vz", "wx", "wy", "wz"};
@@ -436,14 +437,13 @@ Case case_of(const Values& v) {
   return c;
 }
 
-Case read_case(const std::string& file, const std::vector<std::string>& overrides) {
-  Values v = read_values(file, overrides);
+Case read_case(const std::string& file, const std::vector<std::string>& overrides) { return named_case_of(read_values(file, overrides)); }
+
+Case named_case_of(Values v) {
   Case c = case_of(v);
-  // The echo stands elsewhere: it names itself, and its files by their full names.
-  for (auto& [path, value] : v.given)
-    if (value.key->kind == KeyKind::file) value.data = beside(v, std::get<std::string>(value.data));
-  if (!v.has("name")) v.given[{"name"}] = Value{c.name, find_key({"name"}), file};
-  c.text = complete_case(v);
+  // The echo stands elsewhere: it names itself.
+  if (!v.has("name")) v.given[{"name"}] = Value{c.name, find_key({"name"}), v.file};
+  c.text = echo_of(std::move(v), c.files);
   return c;
 }
 

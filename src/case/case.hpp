@@ -11,6 +11,7 @@
 #include "mills/tumbling.hpp"
 #include "shapes/superquadric.hpp"
 #include "src/base/domain.hpp"
+#include "src/case/echo.hpp"
 #include "src/contact/laws.hpp"
 #include "src/field/fields.hpp"
 #include "src/material/material.hpp"
@@ -127,7 +128,8 @@ struct OutputCase {
 struct Case {
   std::string file;   // as the user wrote it
   std::string name, title;
-  std::string text;   // the complete case, TOML
+  std::string text;   // the complete case, TOML: an echo that names copies of its files
+  std::vector<NamedFile> files;  // of which they are copies
   double duration = 0;  // [s]
   std::uint64_t seed = 1;
   Vec3 gravity{0, 0, -9.81};  // [m/s²]
@@ -164,7 +166,9 @@ struct Case {
 Case read_case(const std::string& file, const std::vector<std::string>& overrides = {});
 
 class Values;
-// The case that checked values mean, without its text. Throws InputError as read_case does.
+// The case that checked values mean. Throws InputError as read_case does.
+Case named_case_of(Values values);
+// The same without its text and files.
 Case case_of(const Values& values);
 
 }  // namespace quern

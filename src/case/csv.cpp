@@ -29,6 +29,9 @@ std::vector<std::string> cells_of(const std::string& line) {
   return cells;
 }
 
+constexpr std::uintmax_t largest_table = 256 << 20;  // [bytes]
+constexpr std::size_t most_columns = 1000, longest_cell = 1000;
+
 const std::vector<std::string> si_units_of_cases = {"m", "m/s", "rad/s", "kg", "s", "1"};
 
 }  // namespace
@@ -50,6 +53,9 @@ void TextTable::refuse(std::size_t row, int column, const std::string& what) con
 TextTable read_cells(const std::string& file) {
   std::ifstream stream(file);
   if (!stream || std::filesystem::is_directory(file)) throw InputError(file + ": this file cannot be read; a CSV table is needed.");
+  std::error_code problem;
+  if (std::filesystem::is_regular_file(file, problem) && std::filesystem::file_size(file, problem) > largest_table)
+    throw InputError(fmt::format("{}: this file has {:.0f} MB; a CSV table has at most {} MB.", file, static_cast<double>(std::filesystem::file_size(file, problem)) / 1e6, largest_table >> 20));
   TextTable table;
   table.file = file;
   std::string line;
@@ -57,6 +63,9 @@ TextTable read_cells(const std::string& file) {
     if (number == 1 && line.starts_with("\xef\xbb\xbf")) line.erase(0, 3);  // the byte order mark of spreadsheets
     if (trimmed(line).empty() || trimmed(line).front() == '#') continue;
     const std::vector<std::string> cells = cells_of(line);
+    if (cells.size() > most_columns) throw InputError(fmt::format("{}:{}: found {} cells; allowed are {}.", file, number, cells.size(), most_columns));
+    for (const std::string& cell : cells)
+      if (cell.size() > longest_cell) throw InputError(fmt::format("{}:{}: found a cell of {} characters that begins with \"{:.20}\"; allowed are {}.", file, number, cell.size(), cell, longest_cell));
     if (table.names.empty()) {
       table.header_line = number;
       for (const std::string& cell : cells) {

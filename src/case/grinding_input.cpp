@@ -54,6 +54,7 @@ TextTable sizes_of_sweep(const std::string& folder) {
     TextTable one = read_cells((place / name / "product_sizes.csv").string());
     for (std::vector<std::string>& row : one.rows) row.push_back(name);
     one.names.push_back("run"), one.units.emplace_back();
+    if (!all.names.empty() && one.names != all.names) throw InputError(fmt::format("{}:{}: its columns are not those of the runs before; allowed are runs of one sweep.", one.file, one.header_line));
     if (all.names.empty()) all = std::move(one), all.file = folder;
     else all.rows.insert(all.rows.end(), one.rows.begin(), one.rows.end()), all.lines.insert(all.lines.end(), one.lines.begin(), one.lines.end());
   }

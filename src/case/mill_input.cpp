@@ -49,7 +49,7 @@ std::uint8_t read_material(const Values& v, const std::vector<std::string>& mate
 
 MeshFile read_mesh(const Values& v, const std::string& key) {
   if (!v.has("mill." + key + "_file")) return {};
-  return {beside(v, v.text("mill." + key + "_file")), v.number("mill." + key + "_scale")};
+  return {beside(v, "mill." + key + "_file"), v.number("mill." + key + "_scale")};
 }
 
 template <class Mill>

@@ -1,6 +1,7 @@
 #include "src/case/reading.hpp"
 #include <fmt/format.h>
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include "src/base/error.hpp"
 
@@ -42,9 +43,17 @@ Vec3 direction(const Values& v, const std::string& key) {
   return d.normalized();
 }
 
-std::string beside(const Values& v, const std::string& name) {
-  const fs::path path(name);
-  return fs::absolute(path.is_absolute() ? path : fs::path(v.file).parent_path() / path).lexically_normal().string();
+std::string beside(const Values& v, const std::string& key) {
+  const fs::path named(v.text(key)), folder = fs::absolute(v.file).parent_path();
+  const fs::path full = (named.is_absolute() ? named : folder / named).lexically_normal();
+  if (std::getenv(outside_is_allowed) != nullptr || v.given.at(split_path(key)).where.starts_with("--set ")) return full.string();
+  // Where links lead to counts.
+  std::error_code problem;
+  const fs::path real = fs::weakly_canonical(full, problem), home = fs::weakly_canonical(folder, problem);
+  const auto parted = std::mismatch(home.begin(), home.end(), real.begin(), real.end());
+  if (problem || parted.first != home.end())
+    v.refuse(key, fmt::format("found \"{}\", which is outside the folder of the case; allowed are files in it and below, and with --allow-outside any", named.string()));
+  return full.string();
 }
 
 }  // namespace quern

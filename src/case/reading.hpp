@@ -7,6 +7,9 @@
 
 namespace quern {
 
+// The variable of the environment that --allow-outside sets, so that runs which a command starts know it too.
+inline constexpr const char* outside_is_allowed = "QUERN_ALLOW_OUTSIDE";
+
 template <class Named>
 std::vector<std::string> names_of(const std::vector<Named>& list) {
   std::vector<std::string> names;
@@ -29,7 +32,8 @@ void require(const Values& v, const std::string& table, const std::string& leaf,
 // The unit vector along the one that a key holds; refuses one of no length.
 Vec3 direction(const Values& v, const std::string& key);
 
-// The full name of a file that is named relative to the case.
-std::string beside(const Values& v, const std::string& name);
+// The full name of the file that a key names, relative to the folder of the case. Refuses one that a case names outside its folder, unless
+// the person who runs it has asked for that: in the command itself (--set) or by --allow-outside.
+std::string beside(const Values& v, const std::string& key);
 
 }  // namespace quern

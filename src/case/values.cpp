@@ -34,8 +34,6 @@ std::string content_of(const std::string& file) {
   std::ifstream stream(file, std::ios::binary);
   if (!stream) fail(file + ": this file cannot be read; a case file (TOML) that you may read is needed.");
   std::string content(std::istreambuf_iterator<char>(stream), {});
-  if (content.find('\0') != content.npos) fail(file + ": this is a binary file; a case file is text (TOML).");
-  if (content.find_first_not_of(" \t\r\n") == content.npos) fail(file + ": this file is empty; a case names at least a duration, materials and what is inserted.");
   return content;
 }
 
@@ -67,8 +65,9 @@ class Reader {
  public:
   explicit Reader(const std::string& file) { values_.file = file; }
 
-  Values read(const std::vector<std::string>& overrides) {
-    const std::string content = content_of(values_.file);
+  Values read(const std::string& content, const std::vector<std::string>& overrides) {
+    if (content.find('\0') != content.npos) fail(values_.file + ": this is a binary file; a case file is text (TOML).");
+    if (content.find_first_not_of(" \t\r\n") == content.npos) fail(values_.file + ": this file is empty; a case names at least a duration, materials and what is inserted.");
     if (const int line = too_deep(content)) fail(fmt::format("{}:{}: found a key of more than 64 parts; the longest known key has 5.", values_.file, line));
     toml::table document;
     try {
@@ -390,7 +389,9 @@ void Values::refuse(const std::string& path, const std::string& what) const {
   fail(ended(fmt::format("{}: {}{}{}", place, path, path.empty() ? "" : ": ", what)));
 }
 
-Values read_values(const std::string& file, const std::vector<std::string>& overrides) { return Reader(file).read(overrides); }
+Values read_values(const std::string& file, const std::vector<std::string>& overrides) { return Reader(file).read(content_of(file), overrides); }
+
+Values read_values_in(const std::string& text, const std::string& file, const std::vector<std::string>& overrides) { return Reader(file).read(text, overrides); }
 
 std::string complete_case(const Values& values) {
   // Tables in the order of the keys; those of one kind in the alphabetical order of the user's names.

@@ -55,6 +55,9 @@ class Values {
 // unit, in its range, all required ones there. Throws InputError on the first that is not.
 Values read_values(const std::string& file, const std::vector<std::string>& overrides);
 
+// The same of a text. `file` is what messages call it, and files that it names are beside that.
+Values read_values_in(const std::string& text, const std::string& file, const std::vector<std::string>& overrides);
+
 // The complete case as TOML, in SI units: what was given and every default that applies, each with its meaning.
 std::string complete_case(const Values& values);
 

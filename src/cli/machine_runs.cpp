@@ -9,6 +9,7 @@
 #include "src/base/error.hpp"
 #include "src/base/say.hpp"
 #include "src/case/csv.hpp"
+#include "src/case/echo.hpp"
 #include "src/cli/points.hpp"
 
 namespace quern {
@@ -23,6 +24,8 @@ void read_spectrum(const std::string& file, Outcome& outcome) {
   const TextTable table = read_cells(file);
   const auto column = [&](const char* name) { return table.find(name); };
   const int measure = column("measure"), pair = column("pair"), type = column("class"), from = column("energy_from"), to = column("energy_to"), count = column("count"), rate = column("rate");
+  for (const int needed : {measure, pair, type, from, to, count, rate})
+    if (needed < 0) return;
   for (std::size_t row = 0; row < table.rows.size(); ++row) {
     const auto word = [&](int c) { return table.rows[row][static_cast<std::size_t>(c)]; };
     if (word(measure) != "dissipated" || (word(type) != "collision" && word(type) != "enduring")) continue;
@@ -59,12 +62,14 @@ CaseRunner run_cases_in(const std::string& directory, int jobs, bool quiet) {
     std::vector<Point> points;
     for (const WantedRun& one : wanted) {
       Point point;
-      point.text = complete_case(one.values);
+      std::vector<NamedFile> files;
+      point.text = echo_of(one.values, files);
       boost::crc_32_type crc;
       crc.process_bytes(point.text.data(), point.text.size());
       point.directory = (fs::path(directory) / fmt::format("{:08x}", crc.checksum())).string();
       fs::create_directories(point.directory);
       point.file = point.directory + "/wanted.toml";
+      copy_files(files, point.directory);
       write_aside(point.file, point.text);
       point.label = one.label;
       points.push_back(point);

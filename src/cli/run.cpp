@@ -10,6 +10,7 @@
 #include "src/cli/stop_signal.hpp"
 #include "src/observe/observers.hpp"
 #include "src/output/run.hpp"
+#include "src/output/run_plan.hpp"
 
 namespace quern {
 namespace {
@@ -21,13 +22,6 @@ struct RunWords {
   bool resume = false, quiet = false;
   double checkpoint = 300;
 };
-
-// More threads than this do not pay.
-int useful_threads(Index particles) {
-  constexpr Index particles_per_thread = 2000;
-  const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  return std::clamp(static_cast<int>(particles / particles_per_thread), 1, cores);
-}
 
 int run(const RunWords& words) {
   leave_on_stop_signals();
@@ -46,6 +40,7 @@ int run(const RunWords& words) {
   settings.name = c.name;
   settings.title = c.title;
   settings.case_text = c.text;
+  settings.case_files = c.files;
   settings.frame_interval = c.output.frames;
   settings.energy_interval = c.output.energy;
   settings.vtk_frames = c.output.paraview;

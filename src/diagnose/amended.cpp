@@ -1,9 +1,10 @@
 #include "src/diagnose/amended.hpp"
 #include <fmt/format.h>
+#include "src/case/echo.hpp"
 
 namespace quern {
 
-std::string amended_case(const Experiment& experiment, const Diagnosis& d) {
+void write_amended_case(const std::string& file, const Experiment& experiment, const Diagnosis& d) {
   const Fit& fit = d.best;
   // A run that the fit did not see, where there is one.
   const Fit& shown = !d.sealed_best.runs.empty() && d.sealed_best.sound ? d.sealed_best : fit;
@@ -17,8 +18,7 @@ std::string amended_case(const Experiment& experiment, const Diagnosis& d) {
   if (!values.has("observe.track")) values.put("observe.track", std::vector<double>{0}, "fit");
   values.put("observe.signal", true, "fit");
   const std::string words = d.effects.empty() ? d.verdict == Verdict::unexplained ? "a learnt force" : "calibrated numbers" : fmt::format("{}", fmt::join(d.effects, " and "));
-  return fmt::format("# {} with {}, as run {} of the recording was made; time 0 here is {:.9g} s there.\n{}", experiment.base().file, words, recorded.label, experiment.start_time(run),
-                     complete_case(values));
+  write_echo(file, fmt::format("# {} with {}, as run {} of the recording was made; time 0 here is {:.9g} s there.\n", experiment.base().file, words, recorded.label, experiment.start_time(run)), values);
 }
 
 }  // namespace quern

@@ -5,7 +5,7 @@
 
 namespace quern {
 
-// The complete case of one run of the recording, with the calibrated numbers and the missing physics as a force of the simulation.
-std::string amended_case(const Experiment& experiment, const Diagnosis& diagnosis);
+// Writes the complete case of one run of the recording, with the calibrated numbers and the missing physics as a force of the simulation.
+void write_amended_case(const std::string& file, const Experiment& experiment, const Diagnosis& diagnosis);
 
 }  // namespace quern

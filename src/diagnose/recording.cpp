@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <set>
 #include "src/base/error.hpp"
 #include "src/base/vec.hpp"
 #include "src/case/csv.hpp"
@@ -51,10 +52,13 @@ class Reader {
       if (rows.find(label) == rows.end()) order.push_back(label);
       rows[label].push_back(row);
     }
+    std::vector<double> times(table_.rows.size());  // of each row
+    std::set<std::string> known;
+    for (const RecordedRun& run : recording.runs) known.insert(run.label);
     for (const std::string& label : order) {
-      if (std::any_of(recording.runs.begin(), recording.runs.end(), [&](const RecordedRun& run) { return run.label == label; }))
+      if (known.count(label) > 0)
         fail(fmt::format("run {} stands in another file too; allowed is each label once", label));
-      recording.runs.push_back(read_run(label, rows[label], kind, recording));
+      recording.runs.push_back(read_run(label, rows[label], kind, times, recording));
     }
     recording.files.push_back(table_.file);
   }
@@ -136,7 +140,7 @@ class Reader {
     return number_in(table_, row, column.index) * column.factor;
   }
 
-  RecordedRun read_run(const std::string& label, const std::vector<std::size_t>& rows, RecordingKind kind, Recording& recording) const {
+  RecordedRun read_run(const std::string& label, const std::vector<std::size_t>& rows, RecordingKind kind, std::vector<double>& times, Recording& recording) const {
     RecordedRun run;
     run.label = label;
     run.where = fmt::format("{}:{}", table_.file, table_.lines[rows.front()]);
@@ -157,7 +161,6 @@ class Reader {
     }
     // In order of time, whatever the order of the rows; of two rows of one time and channel the mean is not taken: both stay.
     std::vector<std::size_t> sorted = rows;
-    std::vector<double> times(table_.rows.size());
     for (const std::size_t row : rows) {
       const std::optional<double> t = number(row, time_);
       if (!t) table_.refuse(row, time_.index, "found nothing; allowed is a time");

@@ -47,7 +47,7 @@ std::string residuals_csv(const Experiment& experiment, const Diagnosis& d) {
 
 void write_diagnosis(const Experiment& experiment, const Diagnosis& d, const std::string& directory) {
   write_whole_file(directory + "/diagnosis.json", json_of(d).dump(2) + "\n");
-  write_whole_file(directory + "/amended.toml", amended_case(experiment, d));
+  write_amended_case(directory + "/amended.toml", experiment, d);
   write_whole_file(directory + "/residuals.csv", residuals_csv(experiment, d));
   write_fits(d, directory);
 }

@@ -11,8 +11,9 @@
 #include <sstream>
 #include "src/base/archive.hpp"
 #include "src/base/error.hpp"
-#include "src/contact/candidates.hpp"
 #include "src/base/whole_file.hpp"
+#include "src/contact/candidates.hpp"
+#include "src/engine/soundness.hpp"
 
 namespace quern {
 namespace {
@@ -124,15 +125,18 @@ void archive_state(ArchiveWriter& a, Simulation& s) {
 }
 
 void archive_state(ArchiveReader& a, Simulation& s) {
+  const Extent extent(s);
   std::uint64_t blocks = 0;
   a(s.clock, s.ledger, s.reference_energy, s.extent_of_particles);
   archive_particles(a, s.particles);
   a(s.bonds);
   archive_contacts(a, s.contacts);
   a(blocks);
+  if (blocks > extent.particles + 1) throw UnfitData("an index in it leads nowhere");
   s.contacts.blocks.assign(static_cast<std::size_t>(blocks), {});
+  for (ContactBlock& block : s.contacts.blocks) archive_block(a, block);
+  if (!sound(s, extent)) throw UnfitData("an index in it leads nowhere");
   for (ContactBlock& block : s.contacts.blocks) {
-    archive_block(a, block);
     block.load.resize(static_cast<std::size_t>(block.size()) + block.halo.size() + 2);
     block.walls.resize(s.pair_laws.size());
     if (block.shapes) block.shape_walls.resize(s.pair_laws.size());

@@ -4,11 +4,14 @@
 #include <hdf5.h>
 #include <pwd.h>
 #include <sys/file.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
 #include <unistd.h>
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cmath>
+#include <csignal>
 #include <cstring>
 #include <functional>
 #include <limits>
@@ -96,6 +99,30 @@ void keep_quiet() {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
 }
 
+// Whether a process of its own survives something: the library crashes on some damaged files.
+template <class Do>
+bool survived(Do&& rehearse) {
+  constexpr unsigned patience = 60;  // [s]
+  const pid_t child = fork();
+  if (child < 0) return true;  // no room for one: as well as can be
+  if (child == 0) {
+    const rlimit none{0, 0};
+    setrlimit(RLIMIT_CORE, &none);
+    for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGABRT, SIGILL, SIGALRM}) std::signal(signal, SIG_DFL);
+    if (const int nowhere = open("/dev/null", O_WRONLY); nowhere >= 0) dup2(nowhere, STDERR_FILENO);
+    alarm(patience);
+    try {
+      rehearse();
+    } catch (...) {
+    }  // a refusal, which the caller will hear
+    _exit(0);
+  }
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
 Handle text_type(std::size_t length) {
   Handle type(H5Tcopy(H5T_C_S1));
   must(H5Tset_size(type, std::max<std::size_t>(length, 1)));
@@ -180,7 +207,10 @@ Handle dataset(hid_t parent, const char* path) { return Handle(H5Dopen2(parent, 
 
 // A text that text_dataset() wrote.
 std::string text_of(hid_t parent, const char* path) {
-  const Handle set = dataset(parent, path), type(H5Dget_type(set));
+  const Handle set = dataset(parent, path), type(H5Dget_type(set)), space(H5Dget_space(set));
+  // One text of a fixed length, as it was written.
+  constexpr std::size_t longest = 64 << 20;  // [bytes]
+  if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) != 0 || H5Tget_size(type) > longest || H5Sget_simple_extent_npoints(space) != 1) throw Hdf5Failure{};
   std::string text(H5Tget_size(type), '\0');
   must(H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, text.data()));
   text.erase(std::min(text.size(), text.find_last_not_of('\0') + 1));
@@ -316,14 +346,21 @@ ResultsFile ResultsFile::reopen(const std::string& path, const std::string& case
   if (access(path.c_str(), F_OK) != 0) throw refuse("is missing");
   must_be_free(path);
   if (access(path.c_str(), R_OK | W_OK) != 0) throw refuse(std::string("cannot be opened (") + std::strerror(errno) + ")");
-  ResultsFile results;
-  File& f = *results.file_;
-  f.path = path;
   recover(path);
   // Asked first: HDF5 1.10 crashes when the program ends after an attempt to open an empty file.
   if (H5Fis_hdf5(path.c_str()) <= 0) throw refuse("is no HDF5 file");
+  if (!survived([&] { go_on(path, case_text, frames, particles, refuse, true); })) throw refuse("is damaged");
+  return go_on(path, case_text, frames, particles, refuse, false);
+}
+
+ResultsFile ResultsFile::go_on(const std::string& path, const std::string& case_text, std::uint64_t frames, std::uint64_t particles,
+                               const std::function<InputError(const std::string&)>& refuse, bool rehearsal) {
+  ResultsFile results;
+  File& f = *results.file_;
+  f.path = path;
   try {
     f.file = Handle(H5Fopen(path.c_str(), H5F_ACC_RDWR, file_access()));
+    if (rehearsal) abandon(f.file);
     if (text_of(f.file, "parameters/case") != case_text) throw refuse("belongs to another case");
   } catch (const Hdf5Failure&) {
     f.give_up();

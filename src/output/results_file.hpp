@@ -2,9 +2,11 @@
 // and the case. Whole after every frame: a killed run leaves a readable file.
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
+#include "src/base/error.hpp"
 #include "src/engine/simulation.hpp"
 #include "src/observe/table.hpp"
 
@@ -45,6 +47,8 @@ class ResultsFile {
 
  private:
   ResultsFile();
+  static ResultsFile go_on(const std::string& path, const std::string& case_text, std::uint64_t frames, std::uint64_t particles,
+                           const std::function<InputError(const std::string&)>& refuse, bool rehearsal);
   struct File;
   std::unique_ptr<File> file_;
 };

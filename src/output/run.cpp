@@ -22,6 +22,7 @@
 #include "src/output/pictures.hpp"
 #include "src/output/progress.hpp"
 #include "src/output/results_file.hpp"
+#include "src/output/run_plan.hpp"
 #include "src/output/tables.hpp"
 #include "src/output/vtk_frames.hpp"
 
@@ -51,6 +52,7 @@ class Writer {
  public:
   Writer(const OutputSettings& settings, const std::string& directory)
       : settings_(settings), directory_(directory), energy_(empty_ledger_table()) {
+    copy_files(settings.case_files, directory);
     if (!settings.case_text.empty()) save("case.toml", settings.case_text);
     files_.push_back("results.h5");
     if (settings.vtk_frames) frames_.emplace(directory);
@@ -227,11 +229,9 @@ RunSummary run_simulation(Simulation& s, Observers& observers, const OutputSetti
   if (options.threads > 0 && options.threads != s.team->size()) s.team = std::make_shared<ThreadTeam>(options.threads);
 
   const double dt = s.clock.time_step;
-  const auto last_step = static_cast<std::int64_t>(std::ceil(duration / dt * (1 - 1e-12)));
+  const std::int64_t end = last_step(duration, dt);
   Schedule frame_due(settings.frame_interval, s.clock.time());
   Schedule energy_due(settings.energy_interval > 0 ? settings.energy_interval : duration / 1000, s.clock.time());
-  // Often enough that a failure is found near its cause, seldom enough to cost nothing.
-  constexpr std::int64_t steps_between_checks = 200;
 
   RunSummary summary;
   s.measure_energy();
@@ -251,8 +251,12 @@ RunSummary run_simulation(Simulation& s, Observers& observers, const OutputSetti
   };
   if (options.resume) {
     ArchiveReader reader(checkpoint.bytes());
-    archive_run(reader);
-    if (!reader.at_end()) throw InputError("The checkpoint holds more than this case expects; run without --resume to begin anew.");
+    try {
+      archive_run(reader);
+      if (!reader.at_end()) throw UnfitData("there is more of it than that");
+    } catch (const UnfitData& error) {
+      throw InputError(fmt::format("{} does not hold a state of this case: {}; run without --resume to begin anew.", checkpoint_path, error.what()));
+    }
     checkpoint.file = {};
     checkpoint_time = s.clock.time();
     if (!checkpoint.remark.empty()) summary.remarks.push_back(checkpoint.remark + ".");
@@ -277,11 +281,11 @@ RunSummary run_simulation(Simulation& s, Observers& observers, const OutputSetti
   std::string failure, unwritten;
   const std::int64_t first_step = s.clock.step;
   try {
-    while (s.clock.step < last_step && !observers.convergence.reached) {
+    while (s.clock.step < end && !observers.convergence.reached) {
       s.step();
       observers.see(s);
       const double time = s.clock.time();
-      const bool last = s.clock.step >= last_step || observers.convergence.reached, sample = energy_due.due(time, dt), frame = frame_due.due(time, dt);
+      const bool last = s.clock.step >= end || observers.convergence.reached, sample = energy_due.due(time, dt), frame = frame_due.due(time, dt);
       const bool check = s.clock.step % steps_between_checks == 0;
       if (sample || frame || last || check) {
         s.measure_energy();
@@ -313,7 +317,7 @@ RunSummary run_simulation(Simulation& s, Observers& observers, const OutputSetti
     failure = fmt::format("at t = {:.6g} s: the memory of this machine is not enough; fewer particles or frames need less", s.clock.time());
   }
   progress.end();
-  summary.finished = failure.empty() && unwritten.empty() && (s.clock.step >= last_step || observers.convergence.reached);
+  summary.finished = failure.empty() && unwritten.empty() && (s.clock.step >= end || observers.convergence.reached);
   summary.time = s.clock.time();
   summary.steps = s.clock.step - first_step;
   summary.wall_clock = progress.wall_clock();

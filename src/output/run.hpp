@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 #include "src/base/vec.hpp"
+#include "src/case/echo.hpp"
 #include "src/observe/table.hpp"
 
 namespace quern {
@@ -19,6 +20,7 @@ struct OutputSettings {
   std::string name;                 // of the case
   std::string title;                // one line for people; may be empty
   std::string case_text;            // the complete case as run, TOML
+  std::vector<NamedFile> case_files;  // copied beside it
   double frame_interval = 0;        // between frames for ParaView and in results.h5 [s]; 0: the first and the last state alone
   double energy_interval = 0;       // between rows of energy.csv [s]; 0: a thousandth of the run
   bool vtk_frames = true;           // frames/*.vtp

@@ -34,6 +34,9 @@ std::string read_whole(const std::string& name) {
   std::error_code error;
   if (!std::filesystem::exists(name, error)) throw InputError(fmt::format("{}: there is no such file.", name));
   if (!std::filesystem::is_regular_file(name, error)) throw InputError(fmt::format("{}: this is not a file.", name));
+  constexpr std::uintmax_t largest = std::uintmax_t{1} << 30;  // [bytes]
+  if (const std::uintmax_t size = std::filesystem::file_size(name, error); !error && size > largest)
+    throw InputError(fmt::format("{}: this file has {:.1f} GB; an STL file has at most 1 GB, which is 20 million triangles.", name, 1e-9 * static_cast<double>(size)));
   std::ifstream in(name, std::ios::binary);
   std::string bytes((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
   if (!in) throw InputError(fmt::format("{}: the file cannot be read.", name));

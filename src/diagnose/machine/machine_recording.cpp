@@ -26,6 +26,9 @@ class Reader {
     for (std::size_t row = 0; row < table_.rows.size(); ++row) {
       MachineRow read = conditions_of(row);
       auto same = std::find_if(recording.rows.begin(), recording.rows.end(), [&](const MachineRow& one) { return alike(one.conditions, read.conditions); });
+      constexpr std::size_t most_conditions = 2000;
+      if (same == recording.rows.end() && recording.rows.size() >= most_conditions)
+        throw InputError(fmt::format("{}:{}: found more than {} conditions; each takes simulations of its own.", table_.file, table_.lines[row], most_conditions));
       if (same == recording.rows.end()) same = recording.rows.insert(recording.rows.end(), read);
       if (read.held_out) {
         if (same->held_out && *same->held_out != *read.held_out)

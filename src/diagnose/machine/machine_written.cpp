@@ -2,12 +2,13 @@
 #include <fmt/format.h>
 #include <cmath>
 #include "src/base/whole_file.hpp"
+#include "src/case/echo.hpp"
 #include "src/diagnose/finding_written.hpp"
 
 namespace quern {
 namespace {
 
-std::string amended_machine(const MachineExperiment& experiment, const MachineDiagnosis& d) {
+void write_amended_machine(const std::string& file, const MachineExperiment& experiment, const MachineDiagnosis& d) {
   Values values = experiment.base();
   Alteration altered;
   std::string beside;
@@ -20,7 +21,7 @@ std::string amended_machine(const MachineExperiment& experiment, const MachineDi
   }
   alter(values, altered);
   const std::string words = d.effects.empty() ? "calibrated numbers" : fmt::format("{}", fmt::join(d.effects, " and "));
-  return fmt::format("# {} with {}.\n{}{}", experiment.base().file, words, beside, complete_case(values));
+  write_echo(file, fmt::format("# {} with {}.\n{}", experiment.base().file, words, beside), values);
 }
 
 std::string residuals_csv(const MachineExperiment& experiment, const MachineDiagnosis& d) {
@@ -42,7 +43,7 @@ void write_machine_diagnosis(const MachineExperiment& experiment, const MachineD
   nlohmann::ordered_json json = json_of(d, d.ranking);
   json["simulations"] = d.runs;
   write_whole_file(directory + "/diagnosis.json", json.dump(2) + "\n");
-  write_whole_file(directory + "/amended.toml", amended_machine(experiment, d));
+  write_amended_machine(directory + "/amended.toml", experiment, d);
   write_whole_file(directory + "/residuals.csv", residuals_csv(experiment, d));
   write_fits(d, directory);
 }
