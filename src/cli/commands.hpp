@@ -23,5 +23,8 @@ void add_grinding(CLI::App& program, Action& action);
 void add_breakage(CLI::App& program, Action& action);
 void add_calibrate(CLI::App& program, Action& action);
 void add_diagnose(CLI::App& program, Action& action);
+void add_convert(CLI::App& program, Action& action);
+// Last: it tells of those before it.
+void add_manual(CLI::App& program, Action& action);
 
 }  // namespace quern

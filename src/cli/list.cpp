@@ -3,6 +3,7 @@
 #include <memory>
 #include "src/case/keys.hpp"
 #include "src/case/reference.hpp"
+#include "src/case/schema.hpp"
 #include "src/cli/commands.hpp"
 #include "src/diagnose/catalogue.hpp"
 #include "src/diagnose/equations.hpp"
@@ -12,7 +13,7 @@ namespace {
 
 struct ListWords {
   std::string what;
-  bool markdown = false;
+  bool markdown = false, schema = false;
 };
 
 struct Entry {
@@ -74,7 +75,7 @@ int print_list(const ListWords& words) {
   if (words.what == "effects") print_effects();
   if (words.what == "shapes") print_entries(shapes), fmt::print("\n{}", keys_as_text("species."));
   if (words.what == "mills") print_entries(mills), fmt::print("\n{}", keys_as_text("mill."));
-  if (words.what == "keys") fmt::print("{}", words.markdown ? case_reference() : keys_as_text());
+  if (words.what == "keys") fmt::print("{}", words.schema ? case_schema() : words.markdown ? case_reference() : keys_as_text());
   return 0;
 }
 
@@ -85,6 +86,7 @@ void add_list(CLI::App& program, Action& action) {
   CLI::App* command = program.add_subcommand("list", "What there is: laws, effects, shapes, mills, or every key of a case");
   command->add_option("WHAT", words->what, "laws, effects, shapes, mills or keys")->required()->check(CLI::IsMember({"laws", "effects", "shapes", "mills", "keys"}));
   command->add_flag("--markdown", words->markdown, "keys: as the page docs/case-reference.md");
+  command->add_flag("--schema", words->schema, "keys: as docs/case.schema.json, by which editors complete and check cases");
   command->callback([words, &action] { action = [words] { return print_list(*words); }; });
 }
 

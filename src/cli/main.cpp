@@ -6,9 +6,11 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include "src/base/error.hpp"
 #include "src/base/say.hpp"
+#include "src/case/reading.hpp"
 #include "src/cli/commands.hpp"
 
 namespace {
@@ -49,6 +51,8 @@ int main(int argc, char** argv) {
       "quern simulates grinding by the discrete element method.\nA case is a TOML file; `quern list keys` tells all that it can say.",
       "quern");
   program.require_subcommand(1);
+  bool allow_outside = false;
+  program.add_flag("--allow-outside", allow_outside, "A case may name files outside its own folder");
   program.set_version_flag("--version", std::string("quern ") + quern::program_version);
   quern::Action action;
   quern::add_run(program, action);
@@ -61,6 +65,9 @@ int main(int argc, char** argv) {
   quern::add_breakage(program, action);
   quern::add_calibrate(program, action);
   quern::add_diagnose(program, action);
+  quern::add_convert(program, action);
+  quern::add_manual(program, action);
+  for (CLI::App* command : program.get_subcommands({})) command->fallthrough();
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
@@ -68,6 +75,7 @@ int main(int argc, char** argv) {
     quern::say(fmt::format("quern: {}. `quern --help` tells what is allowed.\n", e.what()));
     return 2;
   }
+  if (allow_outside) setenv(quern::outside_is_allowed, "1", 1);
   const int status = outcome(action);
   // A full disk behind `>` is told; a reader that has gone away knows.
   errno = 0;
