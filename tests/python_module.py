@@ -83,7 +83,7 @@ class Module(unittest.TestCase):
         self.assertEqual(case.duration, 0.02)  # as it was
         with self.assertRaisesRegex(quern.InputError, "nowhere.toml: there is no such file"):
             quern.Case("nowhere.toml")
-        with self.assertRaisesRegex(quern.InputError, "text:4"):
+        with self.assertRaisesRegex(quern.InputError, "text:5: material.steel.density"):
             quern.Case(text=TEXT.replace("7800", '"heavy"'))
         self.assertTrue(issubclass(quern.InputError, ValueError) and issubclass(quern.RunError, RuntimeError))
         with self.assertRaises(TypeError):
