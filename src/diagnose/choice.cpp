@@ -114,7 +114,7 @@ void Investigation::choose() {
   if (d_.ranking.empty()) return unexplained(nullptr);
   const Tried* named = best_named();
   if (named == nullptr) return unexplained(best_free());
-  if (experiment_.steps.softness > 1) {
+  if (experiment_.steps.soft()) {
     settle_softness(named->fit);
     named = best_named();
   }

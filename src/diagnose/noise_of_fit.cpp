@@ -359,7 +359,9 @@ Noise Comparison::settled_noise(const Fit& fit, const std::vector<std::vector<Ve
     }
     return left;
   };
-  for (int round = 0; round < 2; ++round) {
+  // Slow noise is looked for anew: the fit may have taken for it what it lacks.
+  for (ChannelNoise& one : wide.noise) one.correlation = one.white = 0;
+  for (int round = 0; round < 3; ++round) {
     Fit left = left_under(wide.noise);
     left_over.estimate_noise(left, {});
     wide.noise = left.noise;
@@ -367,8 +369,15 @@ Noise Comparison::settled_noise(const Fit& fit, const std::vector<std::vector<Ve
   // With so much taken away, what remains says little of slow noise. The noise of the whole residual holds unless what remains speaks against it.
   const auto quality = [&](const Noise& noise) { return left_over.restricted(left_under(noise), noise, static_cast<std::size_t>(wide.linear.front().shared.cols())); };
   constexpr double against_it = 3;  // ln of likelihood
+  // Noise that hardly forgets itself within a run is as good as physics.
+  constexpr double least_memories = 3;
   for (const std::size_t c : channels_of(recording())) {
-    if (fit.noise[c].correlation == 0 && wide.noise[c].correlation == 0) continue;
+    double samples = 0, series = 0;
+    for (const std::size_t run : fit.runs)
+      for (const Series& one : recording().runs[run].series)
+        if (static_cast<std::size_t>(one.channel) == c) samples += static_cast<double>(one.value.size()), series += 1;
+    if ((1 - fit.noise[c].correlation) * samples < least_memories * series) continue;
+    if ((fit.noise[c].correlation == 0 && wide.noise[c].correlation == 0) || fit.noise[c].tail != wide.noise[c].tail) continue;
     Noise first = wide.noise;
     first[c] = fit.noise[c];
     if (quality(first) > quality(wide.noise) - against_it) wide.noise = first;
