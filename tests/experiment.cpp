@@ -318,7 +318,7 @@ TEST_CASE("noise that follows itself and has tails is recovered, with gaps too",
 TEST_CASE("whitened noise is what the noise was made of", "[diagnose][noise]") {
   const double phi = 0.8, sigma = 0.3, spacing = 0.02;
   Series series{Channel::z, {}, {}, {}, {}};
-  Eigen::VectorXd made(50), e(50);
+  Eigen::VectorXd made(50), e(50), by_sample(50);
   std::mt19937_64 random(2);
   std::normal_distribution<double> normal;
   double t = 0;
@@ -329,9 +329,13 @@ TEST_CASE("whitened noise is what the noise was made of", "[diagnose][noise]") {
     made[k] = normal(random);
     const double carried = k > 0 ? std::pow(phi, gap / spacing) : 0;
     e[k] = (k > 0 ? carried * e[k - 1] : 0) + sigma * std::sqrt(1 - carried * carried) * made[k];
+    by_sample[k] = (k > 0 ? phi * by_sample[k - 1] : 0) + sigma * (k > 0 ? std::sqrt(1 - phi * phi) : 1) * made[k];
   }
   ChannelNoise noise;
   noise.deviation = sigma, noise.correlation = phi, noise.spacing = spacing;
   whiten(whitening_of(series, noise), e);
   CHECK((e - made).cwiseAbs().maxCoeff() < 1e-10);
+  noise.by_sample = true;
+  whiten(whitening_of(series, noise), by_sample);
+  CHECK((by_sample - made).cwiseAbs().maxCoeff() < 1e-10);
 }

@@ -240,9 +240,31 @@ class Collector {
       if (Candidate* c = single("camera_distortion", "a scale that bends", "instrument.position.curvature", 0, -0.4 / largest, 0.4 / largest, {0.01 / largest})) c->rival = true;
   }
 
-  // Knots evenly over what the body went through.
-  std::vector<double> knots(const std::function<double(const Experiment::Point&)>& of, bool in_contact) const {
+  // Places, velocities, speeds and spins that were recorded: least and most. Of a speed or spin, where all components were that the body has.
+  std::pair<double, double> recorded_range(const std::string& variable) const {
     double least = 1e300, most = -1e300;
+    const bool size = variable == "speed" || variable == "spin";
+    for (const std::size_t run : baseline_.runs) {
+      std::vector<double> squares;
+      bool whole = true;
+      for (const Series& series : experiment_.recording().runs[run].series) {
+        const std::string name = name_of(series.channel);
+        if (name == variable)
+          for (const double value : series.value) least = std::min(least, value), most = std::max(most, value);
+        if (!size || name.size() != 2 || name[0] != (variable == "spin" ? 'w' : 'v')) continue;
+        whole &= squares.empty() || squares.size() == series.value.size();
+        squares.resize(series.value.size());
+        for (std::size_t k = 0; k < squares.size(); ++k) squares[k] += series.value[k] * series.value[k];
+      }
+      for (const double square : squares)
+        if (whole) least = std::min(least, std::sqrt(square)), most = std::max(most, std::sqrt(square));
+    }
+    return {least, most};
+  }
+
+  // Knots evenly over what the body went through, in the calibrated case or as recorded.
+  std::vector<double> knots(const std::function<double(const Experiment::Point&)>& of, bool in_contact, const std::string& variable = "") const {
+    auto [least, most] = recorded_range(variable);
     for (std::size_t k = 0; k < baseline_.runs.size(); ++k) {
       const std::size_t run = baseline_.runs[k];
       Alteration altered{{}, baseline_.settings};
@@ -284,7 +306,7 @@ class Collector {
           if (variable == "time") return p.time;
           return variable.size() == 1 ? p.position[variable[0] - 'x'] : p.velocity[variable[1] - 'x'];
         },
-        false);
+        false, variable);
     if (at.empty()) return;
     const std::vector<double> zeros(at.size(), 0.0);
     const double force = 0.02 * s_.mass * std::max(s_.acceleration, 1e-9), torque = 0.02 * 0.4 * s_.mass * s_.radius * s_.radius * s_.spin / s_.duration;

@@ -171,7 +171,8 @@ class Oblique(Experiment):
         self.base["restitution"] = float(np.round(rng.uniform(0.6, 0.95), 3))
         self.base["friction"] = float(np.round(rng.uniform(0.06, 0.35), 3)) if rng.random() < 0.85 else 0.0
         self.base["tangential_compliance"] = float(rng.choice([0.0, 1.0]))
-        soften(self, rng, rng.uniform(1.2e-3, 2.5e-3))
+        # Deeper than a twentieth of the radius the lever arm of friction is a matter of definition.
+        soften(self, rng, min(rng.uniform(1.2e-3, 2.5e-3), 0.05 * np.pi * self.radius.min() / self.reference_speed))
         self.free.append(("pair.ball.plate.restitution", "restitution", [0.3, 0.995]))
         if self.base["friction"]:
             self.free.append(("pair.ball.plate.friction", "friction", [0.01, 1.0]))
