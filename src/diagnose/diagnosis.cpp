@@ -200,7 +200,10 @@ void Investigation::nothing_more() {
   }
   const double p = chi_squared_above(distance, static_cast<int>(free_.size()));
   d_.verdict = !free_.empty() && p < family_level ? Verdict::parameters_only : Verdict::nothing_missing;
-  d_.confidence = (d_.verdict == Verdict::nothing_missing ? 0.65 : 0.35) + 0.2 * d_.adequacy_p;  // as the development trials have it, weak effects among them
+  // As development trials have it, weak effects among them: what nearly showed is there more often.
+  constexpr double nearly = 0.25;
+  const double far = std::min(1.0, d_.adequacy_p / nearly);
+  d_.confidence = d_.verdict == Verdict::nothing_missing ? 0.6 + 0.33 * far : 0.5 + 0.4 * far;
   // Whether even a strong effect would have shown.
   bool blind = !d_.detectable.empty() || candidates_.empty();
   for (std::size_t k = 0; k < directions_.size(); ++k) {

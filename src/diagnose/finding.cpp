@@ -12,7 +12,7 @@ const char* name_of(Verdict verdict) {
 double as_experienced(double probability, bool two) {
   constexpr double surest = 0.9995;
   const double p = std::clamp(probability, 1 - surest, surest), odds = std::log(p / (1 - p));
-  const double experienced = two ? 0.1 * odds - 0.3 : 0.5 * odds - 0.6;
+  const double experienced = two ? 0.05 * odds + 0.5 : 0.19 * odds + 0.6;
   return 1 / (1 + std::exp(-experienced));
 }
 
