@@ -18,8 +18,19 @@ export function matrixOf(poses, at) {
   return [r[0], r[1], r[2], 0, r[3], r[4], r[5], 0, r[6], r[7], r[8], 0, poses[at + 4], poses[at + 5], poses[at + 6], 1];
 }
 
+// For each point the first that stands where it does.
+function welded(points) {
+  const first = new Map();
+  return Array.from({ length: points.length / 3 }, (_, k) => {
+    const place = [0, 1, 2].map((c) => points[3 * k + c].toPrecision(6)).join();
+    if (!first.has(place)) first.set(place, k);
+    return first.get(place);
+  });
+}
+
 // Pairs of points: where a surface ends or bends by more than 30°.
-export function edgesOf(points, triangles) {
+export function edgesOf(points, given) {
+  const same = welded(points), triangles = Array.from(given, (corner) => same[corner]);
   const found = new Map(), sharp = Math.cos(Math.PI / 6);
   const normalOf = (a, b, c) => {
     const [u, v] = [b, c].map((p) => [0, 1, 2].map((k) => points[3 * p + k] - points[3 * a + k]));
@@ -28,7 +39,9 @@ export function edgesOf(points, triangles) {
     return n.map((x) => x / size);
   };
   for (let t = 0; t < triangles.length; t += 3) {
-    const corner = [triangles[t], triangles[t + 1], triangles[t + 2]], normal = normalOf(...corner);
+    const corner = [triangles[t], triangles[t + 1], triangles[t + 2]];
+    if (new Set(corner).size < 3) continue;
+    const normal = normalOf(...corner);
     for (let k = 0; k < 3; ++k) {
       const [a, b] = [corner[k], corner[(k + 1) % 3]].sort((p, q) => p - q), key = a * 4294967296 + b;
       const edge = found.get(key);

@@ -15,6 +15,7 @@ import vtkPolyData from '@kitware/vtk.js/Common/DataModel/PolyData.js';
 import vtkSphereMapper from '@kitware/vtk.js/Rendering/Core/SphereMapper.js';
 import { OrientationModes, ScaleModes } from '@kitware/vtk.js/Rendering/Core/Glyph3DMapper/Constants.js';
 import { edgesOf, matrixOf, rotationOf, segments } from './geometry.js';
+import { cornersOf, seenWhole } from './camera.js';
 
 const wallColour = [0.42, 0.5, 0.62], edgeColour = [0.3, 0.33, 0.4];
 
@@ -128,6 +129,9 @@ export function makeStage(home, scene) {
   const view = vtkGenericRenderWindow.newInstance({ background: [1, 1, 1], listenWindowResize: false });
   view.setContainer(home);
   const renderer = view.getRenderer(), window_ = view.getRenderWindow(), camera = renderer.getActiveCamera();
+  // vtk.js takes the first move after a fifth of a second for a beginning alone: where a picture takes longer, nothing would ever turn.
+  const hand = view.getInteractor();
+  hand.onStartMouseMove((event) => hand.getInteractorStyle().handleMouseMove(event));
   const { particles } = scene;
   const all = Array.from({ length: particles.count }, (_, k) => k);
   const forms = [null, ...(scene.forms ?? [])];
@@ -138,14 +142,15 @@ export function makeStage(home, scene) {
   for (const wall of walls) wall.actors.forEach((actor) => renderer.addActor(actor));
   if (bonds) renderer.addActor(bonds.actor);
 
+  // As near as shows all that the mill and its charge ever reach.
   const reset = () => {
-    const { forward, up } = scene.view;
-    camera.setFocalPoint(...scene.middle);
-    camera.setPosition(...scene.middle.map((m, c) => m - forward[c] * scene.reach * 4));
+    const { forward, up } = scene.view, angle = 24;
+    const canvas = home.getBoundingClientRect();
+    const { centre, distance } = seenWhole(cornersOf(scene), forward, up, angle, canvas.width / Math.max(canvas.height, 1));
+    camera.setFocalPoint(...centre);
+    camera.setPosition(...centre.map((x, c) => x - forward[c] * distance));
     camera.setViewUp(...up);
-    camera.setViewAngle(24);
-    renderer.resetCamera();
-    camera.zoom(1.4);
+    camera.setViewAngle(angle);
     renderer.resetCameraClippingRange();
   };
   return {

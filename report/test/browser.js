@@ -8,6 +8,7 @@ import { pathToFileURL } from 'node:url';
 
 const [packages, chromiumPath, runPage, sweepPage] = process.argv.slice(2);
 const { chromium } = createRequire(join(resolve(packages), 'package.json'))('playwright-core');
+const patience = 120000; // [ms], of machines that do much beside
 const address = (file) => pathToFileURL(resolve(file)).href;
 
 // The pixels of the 3-D canvas after a call that draws, in the same breath: how many colours, and a sum that tells pictures apart.
@@ -33,13 +34,14 @@ const range = (page, of) => page.evaluate((n) => {
 
 async function opened(context, file, threeD, complaints) {
   const page = await context.newPage();
+  page.setDefaultTimeout(patience);
   page.on('console', (message) => { if (message.type() === 'error' || message.type() === 'warning') complaints.push(message.text()); });
   page.on('pageerror', (error) => complaints.push(String(error)));
   page.on('request', (request) => { if (!/^(file|data|blob):/.test(request.url())) complaints.push(`asks the network for ${request.url()}`); });
   const begun = Date.now();
   await page.goto(address(file));
-  if (threeD) await page.waitForSelector('figure.charge3d[data-drawn-after]', { timeout: 60000, state: 'attached' });
-  else await page.waitForSelector('figure.chart.drawn', { timeout: 60000, state: 'attached' });
+  if (threeD) await page.waitForSelector('figure.charge3d[data-drawn-after]', { timeout: patience, state: 'attached' });
+  else await page.waitForSelector('figure.chart.drawn', { timeout: patience, state: 'attached' });
   console.log(`${file}: ${(readFileSync(file).length / 1e6).toFixed(2)} MB, drawn after ${Date.now() - begun} ms`);
   return page;
 }

@@ -21,9 +21,9 @@ h2{font-size:1.2rem;margin:2.2rem 0 .6rem}
 p{margin:.5rem 0;max-width:46rem}
 .note,figcaption{font-size:.85rem;color:#55555c}
 .warning{border-left:.4rem solid #d55e00;background:#fdf3ec;padding:.6rem 1rem;border-radius:.2rem}
-.cards{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(100%,11rem),1fr));gap:.7rem;margin:1rem 0}
+.cards{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(100%,12.5rem),1fr));gap:.7rem;margin:1rem 0}
 .cards div{background:#f6f6f7;border-radius:.3rem;padding:.6rem .8rem}
-.cards b{display:block;font-size:1.3rem;line-height:1.3;font-weight:600;font-variant-numeric:tabular-nums}
+.cards b{display:block;font-size:1.2rem;line-height:1.3;font-weight:600;font-variant-numeric:tabular-nums}
 .cards span{font-size:.85rem;color:#55555c}
 .plots{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,29rem),1fr));gap:1.6rem 2rem;margin:1rem 0;align-items:start}
 figure{margin:0;min-width:0;break-inside:avoid}
@@ -64,9 +64,9 @@ code,pre{font-family:ui-monospace,"DejaVu Sans Mono",monospace;font-size:.88em}
 pre{white-space:pre-wrap;overflow-wrap:anywhere;background:#f6f6f7;padding:.8rem;border-radius:.3rem}
 summary{cursor:pointer}
 ul.files{columns:18rem;padding-left:1.2rem}
-.dial{max-width:24rem}
+.dial{max-width:31rem}
 a{color:#00569b}
-@media(max-width:30rem){td,th{padding-right:.5rem}table{font-size:.85rem}.legend{padding-left:0}.stage{height:60vh}h1{font-size:1.25rem}}
+@media(max-width:30rem){.cards{grid-template-columns:1fr 1fr}.cards b{font-size:1rem}td,th{padding-right:.5rem}table{font-size:.85rem}.legend{padding-left:0}.stage{height:60vh}h1{font-size:1.25rem}}
 @media print{body{font-size:10pt;max-width:none;padding:0}.live,.stage,.controls,.screen{display:none!important}figure.drawn>.still{display:block}h2{break-after:avoid}
 .plots{grid-template-columns:1fr 1fr}.cards div{border:1px solid #d0d0d5}tr{break-inside:avoid}.charge3d .still{max-width:14cm}pre{font-size:7.5pt}}
 )";
@@ -176,6 +176,33 @@ std::string spoken_value(const Headline& headline) {
   if (!std::isfinite(value)) return "";
   if (half == 0 || needs_power(std::max(std::abs(value), half))) return plain(value) + (half > 0 ? " ± " + plain(half, 2) : "");
   return fixed(value, decimals_of(half)) + " ± " + fixed(half, decimals_of(half));
+}
+
+std::string spoken_with_unit(const Headline& headline) {
+  Headline shown = headline;
+  std::string unit = unit_symbol(headline.unit);
+  const auto scale = [&](double factor) {
+    shown.value *= factor;
+    if (shown.ci95) (*shown.ci95)[0] *= factor, (*shown.ci95)[1] *= factor;
+  };
+  const double size = std::abs(headline.value);
+  if (headline.key == "energy_closure") {
+    scale(100), unit = "%";
+  } else if (headline.unit == "J" || headline.unit == "W" || headline.unit == "N" || headline.unit == "N/m" || headline.unit == "Pa") {
+    struct Prefix {
+      double from, factor;
+      const char* sign;
+    };
+    constexpr Prefix prefixes[] = {{2e9, 1e-9, "G"}, {2e6, 1e-6, "M"}, {2e3, 1e-3, "k"}, {0.2, 1, ""}, {2e-4, 1e3, "m"}, {2e-7, 1e6, "µ"}, {2e-10, 1e9, "n"}};
+    for (const Prefix& one : prefixes) {
+      if (size < one.from) continue;
+      scale(one.factor), unit = one.sign + unit;
+      break;
+    }
+  }
+  const std::string value = spoken_value(shown);
+  if (unit == "°") return value + unit;
+  return unit.empty() ? value : value + "\u00a0" + unit;
 }
 
 std::string spoken_interval(const Headline& headline) {

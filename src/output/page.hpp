@@ -20,6 +20,8 @@ std::string data_of(const char* kind, const std::string& text);
 
 // "3.71 ± 0.18" with as many digits as the interval deserves; "" for what is not known.
 std::string spoken_value(const Headline& headline);
+// The same with its unit, in parts or multiples of a thousand where that reads better: "0.46 ± 0.04 mJ".
+std::string spoken_with_unit(const Headline& headline);
 std::string spoken_interval(const Headline& headline);
 std::string unit_symbol(const std::string& unit);
 std::string spoken_name(std::string key);

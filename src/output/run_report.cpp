@@ -50,7 +50,7 @@ std::string cards(const std::vector<Headline>& headlines) {
   for (const char* key : first) {
     const Headline* one = find(headlines, key);
     if (one == nullptr || !std::isfinite(one->value)) continue;
-    text += fmt::format("<div title=\"{}\"><b>{} {}</b><span>{}</span></div>\n", e(one->description), spoken_value(*one), e(unit_symbol(one->unit)), e(spoken_name(key)));
+    text += fmt::format("<div title=\"{}\"><b>{}</b><span>{}</span></div>\n", e(one->description), e(spoken_with_unit(*one)), e(spoken_name(key)));
   }
   return text.empty() ? "" : fmt::format("<div class=\"cards\">\n{}</div>\n<p class=\"note\">± is half of the 95 % interval.</p>\n", text);
 }
