@@ -22,7 +22,7 @@ export function paintsOf({ particles }) {
     fill(frame, colours) {
       for (let k = 0; k < count; ++k) byScale(speed[frame * count + k], colours.subarray(3 * k, 3 * k + 3));
     },
-    key: bar('0', `${spoken(topSpeed, 3)}`, 'm/s'),
+    key: bar('0', `${spoken(topSpeed, 3)}`, 'm/s or more'),
   };
   const [least, most] = radius.reduce(([a, b], r) => [Math.min(a, r), Math.max(b, r)], [Infinity, 0]);
   if (most > 1.001 * least) {

@@ -40,8 +40,14 @@ class ParticleRows {
       frames_.push_back(read_balls(frame.balls));
       for (const SavedBall& ball : frames_.back().list) count_ = std::max(count_, static_cast<std::size_t>(ball.id) + 1);
     }
+    std::vector<double> speeds;
     for (const SavedBalls& balls : frames_)
-      for (const SavedBall& ball : balls.list) box_.hold(ball.position), top_speed_ = std::max(top_speed_, ball.speed);
+      for (const SavedBall& ball : balls.list) box_.hold(ball.position), speeds.push_back(ball.speed);
+    if (speeds.empty()) return;
+    // One ball that flies would leave the others all of one colour.
+    const auto high = speeds.begin() + static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(speeds.size() - 1));
+    std::nth_element(speeds.begin(), high, speeds.end());
+    top_speed_ = *high;
   }
 
   std::size_t count() const { return count_; }
@@ -61,7 +67,7 @@ class ParticleRows {
         species[id] = static_cast<std::uint8_t>(ball.species), form[id] = static_cast<std::uint8_t>(ball.shape);
         for (Eigen::Index axis = 0; axis < 3; ++axis)
           place[3 * at + static_cast<std::size_t>(axis)] = static_cast<std::uint16_t>(std::lround((absent - 1) * (ball.position[axis] - box_.lower[axis]) / size[axis]));
-        speed[at] = static_cast<std::uint8_t>(std::lround(255 * ball.speed / std::max(top_speed_, 1e-300)));
+        speed[at] = static_cast<std::uint8_t>(std::lround(255 * std::min(1.0, ball.speed / std::max(top_speed_, 1e-300))));
         if (!fragment.empty()) fragment[at] = static_cast<std::int16_t>(std::min(ball.fragment, 32767));
         for (std::size_t k = 0; k < 4 && !turn.empty(); ++k) turn[4 * at + k] = static_cast<std::int8_t>(std::lround(127 * ball.turn[k]));
       }
@@ -105,7 +111,7 @@ class ParticleRows {
   std::vector<SavedBalls> frames_;
   std::size_t count_ = 0;
   Box box_;
-  double top_speed_ = 0;
+  double top_speed_ = 0;  // of all but a hundredth [m/s]
 };
 
 // How a wall has moved since it stood at `from`, if it moved as a whole.
