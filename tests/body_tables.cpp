@@ -90,6 +90,22 @@ TEST_CASE("a push by time gives its impulse, and a lift by spin turns the way", 
   CHECK((vec(turn.particles.position[0]) - Vec3(0, radius, 0)).norm() == Approx(radius).epsilon(1e-6));
 }
 
+TEST_CASE("a torque in proportion to the spin lets it die out, one that is constant ends it", "[force]") {
+  const double mass = 4.18879020478639e-3, inertia = 0.4 * mass * 1e-4, time = 0.5;
+  const Vec3 spin{10, -20, 40};
+  Simulation viscous = alone(1e-4, {TableForce{"oil", Variable::spin, Direction::against_spin, {0, 100}, {0, 100 * inertia / time}}}, {1, 0, 0}, {10, -20, 40});
+  run_to(viscous, time);
+  CHECK((vec(viscous.particles.spin[0]) - spin * std::exp(-1)).norm() < 1e-4 * spin.norm());
+  CHECK(vec(viscous.particles.velocity[0]) == Vec3(1, 0, 0));
+  viscous.measure_energy();
+  CHECK(std::abs(viscous.ledger.closure()) < 1e-4);
+  Simulation dry = alone(1e-4, {TableForce{"bearing", Variable::spin, Direction::against_spin, {0, 1}, {inertia, inertia}}}, {}, {0, 0, 0.5});
+  run_to(dry, 0.25);
+  CHECK(dry.particles.spin[0].z == Approx(0.25).epsilon(1e-6));
+  run_to(dry, 1);
+  CHECK(std::abs(dry.particles.spin[0].z) < 1e-9);
+}
+
 TEST_CASE("a friction that does not vanish with the speed ends in rest", "[force]") {
   const double mass = 4.18879020478639e-3, friction = 0.3 * mass * g;
   Simulation s = alone(1e-4, {TableForce{"friction", Variable::speed, Direction::against_velocity, {0, 1}, {friction, friction}}}, {1, 1, 0});

@@ -145,6 +145,59 @@ free = ["pair.default.restitution"]
   CHECK(*d.parameters[0].nominal == 0.9);
 }
 
+TEST_CASE("a force that swings to and fro is missing, and no known effect", "[diagnose][verdict]") {
+  // z'' = a sin ω t, from rest: z = a/ω² (ω t − sin ω t); the part in proportion to t is a start that nobody knows. Twice the noise in 240 samples.
+  const double omega = 2 * std::numbers::pi * 6 / 1.5, swing = 2 * noise;
+  std::string text = "run,t [s],z [m]\n";
+  RandomStream random(8);
+  for (int run = 0; run < 6; ++run)
+    for (int k = 0; k < 40; ++k) {
+      const double t = 1.5 * k / 39;
+      text += fmt::format("r{},{:.9g},{:.9g}\n", run, t, height(0, run, t) - swing * std::sin(omega * t) + noise * random.normal());
+    }
+  const Diagnosis d = diagnosis_of(falling, text);
+  CHECK(d.verdict == Verdict::unexplained);
+  CHECK(d.adequacy_p < 1e-6);
+}
+
+TEST_CASE("a spin that dies out in proportion to itself tells of a torque by the spin, not of a friction", "[diagnose][verdict]") {
+  // Two runs at each spin: a table says nothing beyond its ends.
+  const std::string spinning = R"(
+duration = 1
+gravity = [0, 0, -9.81]
+[material.steel]
+density = 7800
+[pair.default]
+law = "linear"
+normal_stiffness = 1e5
+restitution = 0.5
+friction = 0.3
+[species.ball]
+material = "steel"
+diameter = 0.02
+[wall.plate]
+type = "plane"
+material = "steel"
+[insert.one]
+species = "ball"
+positions = [[0, 0, 0.01]]
+spin = [0, 0, 50]
+)";
+  std::string text = "run,t [s],wz [rad/s]\n";
+  RandomStream random(9);
+  for (int run = 0; run < 4; ++run)
+    for (int k = 0; k < 25; ++k) {
+      const double t = 0.04 * k;
+      text += fmt::format("r{},{:.9g},{:.9g}\n", run, t, (run % 2 == 0 ? 45 : 60) * std::exp(-t / 0.8) + 0.1 * random.normal());
+    }
+  const Diagnosis d = diagnosis_of(spinning, text);
+  CHECK(d.verdict == Verdict::unexplained);
+  CHECK_THAT(d.form, Contains("torque"));
+  REQUIRE(d.sealed);
+  CHECK(d.sealed->after < 1.5);
+  CHECK(d.sealed->before > 20);
+}
+
 TEST_CASE("a handful of samples is too few to tell", "[diagnose][verdict]") {
   const Diagnosis d = diagnosis_of(falling, falls(0.47, 6, 1, 6));
   CHECK(d.verdict == Verdict::insufficient_data);

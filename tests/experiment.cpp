@@ -113,7 +113,7 @@ TEST_CASE("a comparison's trajectory is bit for bit the track of a run of the ca
   using enum Channel;
   const Recording recording = recording_at({x, y, z, vx, vy, vz, wx, wy, wz}, times);
   Experiment experiment(values, recording);
-  experiment.steps = {dt, dt};
+  experiment.steps = Steps(experiment.runs(), {dt, dt});
   const Experiment::Prediction predicted = experiment.predict(0, {}, {});
   std::size_t differing = 0;
   for (std::size_t k = 0; k < track.size(); ++k) {
@@ -134,7 +134,7 @@ TEST_CASE("flights in longer steps have the error of the scheme, and bounces are
   Experiment experiment(values_of(alone, {"diagnose.initial_state=case", "insert.one.velocity=[3, 0, 4]"}), flying);
   const double dt = 1.0 / 4096;
   const auto with = [&](int longest) {
-    experiment.steps = {dt, longest * dt};
+    experiment.steps = Steps(experiment.runs(), {dt, longest * dt});
     return experiment.predict(0, {}, {});
   };
   const Experiment::Prediction exact = with(1);
@@ -155,9 +155,9 @@ TEST_CASE("flights in longer steps have the error of the scheme, and bounces are
   const Recording bouncing = recording_at({x, z}, times);
   Experiment onto_plate(values_of(thrown), bouncing);
   const double step = onto_plate.base().number("time_step.value");
-  onto_plate.steps = {step, step};
+  onto_plate.steps = Steps(onto_plate.runs(), {step, step});
   const Experiment::Prediction shortest = onto_plate.predict(0, {}, {});
-  onto_plate.steps = {step, 64 * step};
+  onto_plate.steps = Steps(onto_plate.runs(), {step, 64 * step});
   const Experiment::Prediction longer = onto_plate.predict(0, {}, {});
   for (std::size_t k = 0; k < times.size(); ++k) CHECK(longer[1][k] == Approx(shortest[1][k]).margin(1e-3 * 0.7));
 }
@@ -183,7 +183,7 @@ TEST_CASE("the signal of a run is what a comparison takes it for, through every 
     const std::vector<Channel> channels = {x, z, vx, vz, wy};
     const Recording recording = recording_at(channels, t);
     Experiment experiment(values, recording);
-    experiment.steps = {values.number("time_step.value"), values.number("time_step.value")};
+    experiment.steps = Steps(experiment.runs(), {values.number("time_step.value"), values.number("time_step.value")});
     const Experiment::Prediction predicted = experiment.predict(0, {}, {});
     for (std::size_t s = 0; s < channels.size(); ++s) {
       CAPTURE(name_of(channels[s]));
@@ -318,7 +318,7 @@ TEST_CASE("noise that follows itself and has tails is recovered, with gaps too",
 TEST_CASE("whitened noise is what the noise was made of", "[diagnose][noise]") {
   const double phi = 0.8, sigma = 0.3, spacing = 0.02;
   Series series{Channel::z, {}, {}, {}, {}};
-  Eigen::VectorXd made(50), e(50);
+  Eigen::VectorXd made(50), e(50), by_sample(50);
   std::mt19937_64 random(2);
   std::normal_distribution<double> normal;
   double t = 0;
@@ -329,9 +329,13 @@ TEST_CASE("whitened noise is what the noise was made of", "[diagnose][noise]") {
     made[k] = normal(random);
     const double carried = k > 0 ? std::pow(phi, gap / spacing) : 0;
     e[k] = (k > 0 ? carried * e[k - 1] : 0) + sigma * std::sqrt(1 - carried * carried) * made[k];
+    by_sample[k] = (k > 0 ? phi * by_sample[k - 1] : 0) + sigma * (k > 0 ? std::sqrt(1 - phi * phi) : 1) * made[k];
   }
   ChannelNoise noise;
   noise.deviation = sigma, noise.correlation = phi, noise.spacing = spacing;
   whiten(whitening_of(series, noise), e);
   CHECK((e - made).cwiseAbs().maxCoeff() < 1e-10);
+  noise.by_sample = true;
+  whiten(whitening_of(series, noise), by_sample);
+  CHECK((by_sample - made).cwiseAbs().maxCoeff() < 1e-10);
 }

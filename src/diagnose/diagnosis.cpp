@@ -140,7 +140,7 @@ bool Investigation::enough_data() {
 }
 
 double Investigation::look_for_numerics(const Fit& about) {
-  const StepControl stiff = experiment_.steps.stiff();
+  const Steps stiff = experiment_.steps.stiff();
   Experiment plain = experiment_, halved = experiment_, quartered = experiment_;
   plain.steps = stiff, halved.steps = stiff.finer(2), quartered.steps = stiff.finer(4);
   std::vector<VectorXd> errors(experiment_.runs()), left(experiment_.runs());
@@ -149,7 +149,7 @@ double Investigation::look_for_numerics(const Fit& about) {
     const auto run = static_cast<std::size_t>(place);
     const std::vector<double>& unknowns = about.unknowns[run];
     const VectorXd used = stacked(experiment_.predict(run, altered, unknowns));
-    const VectorXd whole = experiment_.steps.softness > 1 ? stacked(plain.predict(run, altered, unknowns)) : used, half = stacked(halved.predict(run, altered, unknowns)),
+    const VectorXd whole = experiment_.steps[run].softness > 1 ? stacked(plain.predict(run, altered, unknowns)) : used, half = stacked(halved.predict(run, altered, unknowns)),
                    quarter = stacked(quartered.predict(run, altered, unknowns));
     const VectorXd exact = (8 * quarter - 6 * half + whole) / 3;
     errors[run] = exact - used;
@@ -238,6 +238,7 @@ Diagnosis Investigation::finish() {
     e.key = p.name;
     const Key* key = find_key(p.path);
     e.unit = key != nullptr ? key->unit : "1";
+    if (d_.form.starts_with("a torque") && p.path.front() == "force") e.unit = "N m";
     e.value = d_.best.shared[k], e.deviation = d_.best.deviation(k);
     e.of_effect = k >= free_.size();
     if (!e.of_effect) e.nominal = p.value;
@@ -246,7 +247,7 @@ Diagnosis Investigation::finish() {
   std::stable_sort(d_.parameters.begin(), d_.parameters.end(), [](const Estimate& x, const Estimate& y) { return x.of_effect > y.of_effect; });
   if (d_.verdict == Verdict::omitted_physics)
     if (const EffectEntry* entry = find_effect(d_.effects.front())) d_.signature = entry->signature;
-  if (d_.verdict == Verdict::unexplained && !d_.form.empty()) d_.signature = "a force " + d_.form;
+  if (d_.verdict == Verdict::unexplained && !d_.form.empty()) d_.signature = (d_.form.starts_with("a torque") ? "" : "a force ") + d_.form;
   return std::move(d_);
 }
 

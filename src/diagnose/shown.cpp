@@ -357,12 +357,13 @@ std::optional<Chart> learnt_force(const Diagnosis& d) {
   if (curve.x.size() < 2) return std::nullopt;
   std::string name = *word;
   std::replace(name.begin(), name.end(), '_', ' ');
-  const Prefix x = prefix_for(largest_of(curve.x), found != units.end() ? found->second : name.size() == 2 ? "m/s" : "m"), y = prefix_for(largest_of(curve.y), "N");
+  const bool torque = d.form.starts_with("a torque");
+  const Prefix x = prefix_for(largest_of(curve.x), found != units.end() ? found->second : name.size() == 2 ? "m/s" : "m"), y = prefix_for(largest_of(curve.y), torque ? "N m" : "N");
   for (double& value : curve.x) value *= x.factor;
   for (std::vector<double>* values : {&curve.y, &curve.lower, &curve.upper})
     for (double& value : *values) value *= y.factor;
   Curve knots{"", curve.x, curve.y, {}, {}, true, false, 0}, zero{"", {curve.x.front(), curve.x.back()}, {0, 0}, {}, {}, false, true, 4};
-  return Chart{"learnt_force.png", "learnt force", {{with_unit(name, spoken_unit(x.unit)), with_unit("force", y.unit), false, false, {zero, curve, knots}}}};
+  return Chart{"learnt_force.png", "learnt force", {{with_unit(name, spoken_unit(x.unit)), with_unit(torque ? "torque" : "force", y.unit), false, false, {zero, curve, knots}}}};
 }
 
 std::string unit_of_channel(const std::string& name) {
