@@ -174,7 +174,12 @@ std::string figure_of(const Chart& chart, const std::string& title) {
 std::string spoken_value(const Headline& headline) {
   const double value = headline.value, half = half_of(headline);
   if (!std::isfinite(value)) return "";
-  if (half == 0 || needs_power(std::max(std::abs(value), half))) return plain(value) + (half > 0 ? " ± " + plain(half, 2) : "");
+  if (half == 0) return plain(value);
+  if (needs_power(std::max(std::abs(value), half))) {
+    // No digit of the value below the second of its uncertainty.
+    const int digits = std::max(1, static_cast<int>(std::floor(std::log10(std::max(std::abs(value), half))) - std::floor(std::log10(half))) + 2);
+    return (std::abs(value) < 0.05 * half ? "0" : plain(value, digits)) + " ± " + plain(half, 2);
+  }
   return fixed(value, decimals_of(half)) + " ± " + fixed(half, decimals_of(half));
 }
 
