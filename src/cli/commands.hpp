@@ -16,6 +16,7 @@ using Action = std::function<int()>;
 void add_run(CLI::App& program, Action& action);
 void add_check(CLI::App& program, Action& action);
 void add_sweep(CLI::App& program, Action& action);
+void add_report(CLI::App& program, Action& action);
 void add_validate(CLI::App& program, Action& action);
 void add_list(CLI::App& program, Action& action);
 void add_linearize(CLI::App& program, Action& action);

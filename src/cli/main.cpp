@@ -58,6 +58,7 @@ int main(int argc, char** argv) {
   quern::add_run(program, action);
   quern::add_check(program, action);
   quern::add_sweep(program, action);
+  quern::add_report(program, action);
   quern::add_validate(program, action);
   quern::add_list(program, action);
   quern::add_linearize(program, action);

@@ -33,7 +33,7 @@ std::string words_of(const Point& point) {
 
 void start(Point& point, int threads) {
   fs::create_directories(point.directory);
-  std::vector<std::string> arguments = {"quern", "run", point.file, "--out", point.directory, "--quiet"};
+  std::vector<std::string> arguments = {"quern", "run", point.file, "--out", point.directory, "--quiet", "--no-report"};
   if (threads > 0) arguments.insert(arguments.end(), {"--threads", std::to_string(threads)});
   for (const std::string& one : point.overrides) arguments.push_back("--set=" + one);
   std::vector<char*> pointers;

@@ -11,6 +11,7 @@
 #include "src/observe/observers.hpp"
 #include "src/output/run.hpp"
 #include "src/output/run_plan.hpp"
+#include "src/output/run_report.hpp"
 
 namespace quern {
 namespace {
@@ -19,9 +20,20 @@ struct RunWords {
   std::string file, directory;
   std::vector<std::string> overrides;
   int threads = 0;
-  bool resume = false, quiet = false;
+  bool resume = false, quiet = false, no_report = false;
   double checkpoint = 300;
 };
+
+// A run does not fail for its report.
+void add_report(const std::string& directory, RunSummary& summary) {
+  try {
+    const ReportWritten report = write_run_report(directory);
+    summary.files.insert(summary.files.end(), report.files.begin(), report.files.end());
+    summary.remarks.insert(summary.remarks.end(), report.remarks.begin(), report.remarks.end());
+  } catch (const std::exception& error) {
+    summary.remarks.push_back(std::string("The report is left out: ") + error.what());
+  }
+}
 
 int run(const RunWords& words) {
   leave_on_stop_signals();
@@ -63,11 +75,12 @@ int run(const RunWords& words) {
   options.checkpoint_interval = words.checkpoint;
   options.quiet = words.quiet;
   options.stop_signal = watch_stop_signals();
-  const RunSummary summary = run_simulation(simulation, observers, settings, options, c.duration);
+  RunSummary summary = run_simulation(simulation, observers, settings, options, c.duration);
+  if (c.output.pictures && !words.no_report) add_report(options.directory, summary);
 
   if (!words.quiet) {
     for (const std::string& file : summary.files)
-      if (file.ends_with(".png")) say(fmt::format("{}/{}\n", options.directory, file), stdout);
+      if (file.ends_with(".png") || file.ends_with(".html")) say(fmt::format("{}/{}\n", options.directory, file), stdout);
     for (const Headline& h : summary.headlines) {
       const std::string unit = h.unit == "1" ? "" : " " + h.unit;
       const std::string interval = h.ci95 ? fmt::format("  ({:.4g} … {:.4g})", (*h.ci95)[0], (*h.ci95)[1]) : "";
@@ -92,6 +105,7 @@ void add_run(CLI::App& program, Action& action) {
   command->add_option("--checkpoint", words->checkpoint, "Seconds of wall clock between checkpoints; default 300")
       ->check(CLI::NonNegativeNumber);
   command->add_flag("--resume", words->resume, "Go on from the checkpoint in the directory");
+  command->add_flag("--no-report", words->no_report, "No report.html; `quern report` makes it later");
   command->add_flag("--quiet", words->quiet, "No progress, no summary on the terminal");
   command->callback([words, &action] { action = [words] { return run(*words); }; });
 }

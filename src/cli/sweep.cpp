@@ -6,12 +6,14 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include "src/base/error.hpp"
+#include "src/base/say.hpp"
 #include "src/base/units.hpp"
 #include "src/case/case.hpp"
 #include "src/case/grid.hpp"
 #include "src/case/keys.hpp"
 #include "src/cli/commands.hpp"
 #include "src/cli/points.hpp"
+#include "src/output/run_report.hpp"
 
 namespace quern {
 namespace {
@@ -80,6 +82,17 @@ void write_table(const std::vector<SweptKey>& swept, const std::vector<Point>& p
   write_aside(file.string(), text);
 }
 
+// A sweep does not fail for its report.
+void tell_report(const std::string& directory) {
+  try {
+    const ReportWritten report = write_sweep_report(directory);
+    for (const std::string& remark : report.remarks) say(remark + "\n");
+    fmt::print("{}\n", (fs::path(directory) / "report.html").string());
+  } catch (const std::exception& error) {
+    say(std::string("The report is left out: ") + error.what() + "\n");
+  }
+}
+
 int sweep(const SweepWords& words) {
   std::vector<SweptKey> swept;
   for (const std::string& set : words.sets) {
@@ -106,6 +119,7 @@ int sweep(const SweepWords& words) {
   table();
   const auto done = std::count_if(points.begin(), points.end(), [](const Point& point) { return point.finished; });
   fmt::print("{} of {} runs are in {}\n", done, points.size(), (fs::path(directory) / "sweep.csv").string());
+  if (done > 0) tell_report(directory);
   return status;
 }
 

@@ -3,12 +3,14 @@
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
 #include <vtkDoubleArray.h>
+#include <vtkFieldData.h>
 #include <vtkFloatArray.h>
 #include <vtkIntArray.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
+#include <vtkStringArray.h>
 #include <vtkXMLPolyDataWriter.h>
 #include <algorithm>
 #include <numeric>
@@ -39,6 +41,15 @@ void write(vtkPolyData* data, const std::string& path) {
   writer->SetCompressorTypeToZLib();
   if (writer->Write() != 1) throw WriteError("The file " + path + " cannot be written: VTK gives no reason.");
   write_whole_file(path, writer->GetOutputString());
+}
+
+// Words that go with the numbers of an array, in their order.
+template <class List>
+void add_names(vtkPolyData* data, const char* name, const List& list) {
+  vtkNew<vtkStringArray> names;
+  names->SetName(name);
+  for (const auto& entry : list) names->InsertNextValue(entry.name);
+  data->GetFieldData()->AddArray(names);
 }
 
 // With bonds: which fragment a grain belongs to, by mass (0 the heaviest) and by its name; −1: no grain.
@@ -75,6 +86,18 @@ vtkNew<vtkPolyData> balls_of(const Simulation& s) {
                           static_cast<vtkDataArray*>(mass), static_cast<vtkDataArray*>(species), static_cast<vtkDataArray*>(id)}) {
     data->GetPointData()->AddArray(a);
   }
+  if (!p.shape.empty()) {
+    auto shape = array<vtkIntArray>("shape", 1, order.size());
+    auto turn = array<vtkFloatArray>("orientation", 4, order.size());
+    for (std::size_t k = 0; k < order.size(); ++k) {
+      const Rotation q = rotation_of(p.orientation[order[k]]);
+      shape->SetValue(static_cast<vtkIdType>(k), p.shape[order[k]]);
+      turn->SetTuple4(static_cast<vtkIdType>(k), q.w(), q.x(), q.y(), q.z());
+    }
+    data->GetPointData()->AddArray(shape);
+    data->GetPointData()->AddArray(turn);
+  }
+  add_names(data, "species_names", s.species);
   if (!s.bonds.empty()) {
     const Fragments fragments = find_fragments(s.bonds, p, s.domain);
     auto rank = array<vtkIntArray>("fragment", 1, order.size()), name = array<vtkIntArray>("fragment_id", 1, order.size());
@@ -103,7 +126,7 @@ vtkNew<vtkPolyData> bonds_of(const Simulation& s) {
   vtkNew<vtkPoints> points;
   vtkNew<vtkCellArray> lines;
   auto stress = array<vtkFloatArray>("stress", 1, 0), radius = array<vtkFloatArray>("radius", 1, 0);
-  auto number = array<vtkIntArray>("bond", 1, 0), material = array<vtkIntArray>("material", 1, 0);
+  auto number = array<vtkIntArray>("bond", 1, 0), material = array<vtkIntArray>("material", 1, 0), grain = array<vtkIntArray>("id", 1, 0);
   for (std::size_t k = 0; k < s.bonds.list.size(); ++k) {
     const Bond& bond = s.bonds.list[k];
     const Index first = row_of[static_cast<std::size_t>(bond.first)], second = row_of[static_cast<std::size_t>(bond.second)];
@@ -112,6 +135,8 @@ vtkNew<vtkPolyData> bonds_of(const Simulation& s) {
     const Triple<double> apart = s.domain.nearest(xyz(p.position[static_cast<std::size_t>(second)]) - from), to = from + apart;
     const vtkIdType begin = points->InsertNextPoint(from.x, from.y, from.z);
     lines->InsertNextCell({begin, points->InsertNextPoint(to.x, to.y, to.z)});
+    grain->InsertNextValue(bond.first);
+    grain->InsertNextValue(bond.second);
     stress->InsertNextValue(static_cast<float>(bond.normal_stiffness * (length(apart) - bond.length)));
     radius->InsertNextValue(static_cast<float>(bond.radius));
     number->InsertNextValue(static_cast<int>(k));
@@ -122,6 +147,7 @@ vtkNew<vtkPolyData> bonds_of(const Simulation& s) {
   data->SetLines(lines);
   for (vtkDataArray* a : {static_cast<vtkDataArray*>(stress), static_cast<vtkDataArray*>(radius), static_cast<vtkDataArray*>(number), static_cast<vtkDataArray*>(material)})
     data->GetCellData()->AddArray(a);
+  data->GetPointData()->AddArray(grain);
   data->GetCellData()->SetActiveScalars("stress");
   return data;
 }
@@ -183,6 +209,7 @@ vtkNew<vtkPolyData> walls_of(const Simulation& s) {
   data->SetPolys(triangles);
   data->GetPointData()->AddArray(velocity);
   data->GetCellData()->AddArray(wall);
+  add_names(data, "wall_names", s.walls);
   return data;
 }
 

@@ -1,0 +1,17 @@
+# Makes plots.js and charge.js in FOLDER: npm ci, then build.js. Where npm's registry cannot be reached, both are empty, the program's reports
+# have pictures that stand still, and the next build tries again (there is no stamp then).
+file(COPY ${SOURCE}/package.json ${SOURCE}/package-lock.json ${SOURCE}/.npmrc DESTINATION ${FOLDER})
+set(installed ${FOLDER}/node_modules/.package-lock.json)
+if(NOT EXISTS ${installed} OR ${SOURCE}/package-lock.json IS_NEWER_THAN ${installed})
+  execute_process(COMMAND ${NPM} ci --loglevel=error WORKING_DIRECTORY ${FOLDER} RESULT_VARIABLE failed OUTPUT_QUIET ERROR_VARIABLE why)
+endif()
+if(NOT failed)
+  execute_process(COMMAND ${NODE} ${SOURCE}/build.js ${FOLDER} RESULT_VARIABLE failed ERROR_VARIABLE why)
+endif()
+if(failed)
+  message(WARNING "What report.html does in a browser could not be built; reports will have pictures that stand still. -DQUERN_REPORT=OFF chooses that. ${why}")
+  file(WRITE ${FOLDER}/plots.js "")
+  file(WRITE ${FOLDER}/charge.js "")
+else()
+  file(TOUCH ${FOLDER}/stamp)
+endif()
