@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstring>
 #include "shapes/jacket.hpp"
+#include "shapes/superquadric.hpp"
 #include "src/base/instruction_set.hpp"
 #include "src/base/pack_power.hpp"
 #include "src/base/random.hpp"
@@ -23,7 +24,7 @@ TEST_CASE("powers of packs are those of the library of C", "[shape_packs]") {
       worst = std::max(worst, std::abs(r[lane] / exact - 1) / (2 + std::abs(std::log2(exact))));
     }
   }
-  CHECK(worst < 2e-16);
+  CHECK(worst < 4e-16);  // the product of exponent and logarithm is rounded, and the logarithm off by an ulp or two
 }
 
 TEST_CASE("a body in a jacket is farthest from the axis in the same places, to the bit, by every instruction set", "[shape_packs]") {
