@@ -113,7 +113,7 @@ TEST_CASE("a comparison's trajectory is bit for bit the track of a run of the ca
   using enum Channel;
   const Recording recording = recording_at({x, y, z, vx, vy, vz, wx, wy, wz}, times);
   Experiment experiment(values, recording);
-  experiment.steps = {dt, dt};
+  experiment.steps = Steps(experiment.runs(), {dt, dt});
   const Experiment::Prediction predicted = experiment.predict(0, {}, {});
   std::size_t differing = 0;
   for (std::size_t k = 0; k < track.size(); ++k) {
@@ -134,7 +134,7 @@ TEST_CASE("flights in longer steps have the error of the scheme, and bounces are
   Experiment experiment(values_of(alone, {"diagnose.initial_state=case", "insert.one.velocity=[3, 0, 4]"}), flying);
   const double dt = 1.0 / 4096;
   const auto with = [&](int longest) {
-    experiment.steps = {dt, longest * dt};
+    experiment.steps = Steps(experiment.runs(), {dt, longest * dt});
     return experiment.predict(0, {}, {});
   };
   const Experiment::Prediction exact = with(1);
@@ -155,9 +155,9 @@ TEST_CASE("flights in longer steps have the error of the scheme, and bounces are
   const Recording bouncing = recording_at({x, z}, times);
   Experiment onto_plate(values_of(thrown), bouncing);
   const double step = onto_plate.base().number("time_step.value");
-  onto_plate.steps = {step, step};
+  onto_plate.steps = Steps(onto_plate.runs(), {step, step});
   const Experiment::Prediction shortest = onto_plate.predict(0, {}, {});
-  onto_plate.steps = {step, 64 * step};
+  onto_plate.steps = Steps(onto_plate.runs(), {step, 64 * step});
   const Experiment::Prediction longer = onto_plate.predict(0, {}, {});
   for (std::size_t k = 0; k < times.size(); ++k) CHECK(longer[1][k] == Approx(shortest[1][k]).margin(1e-3 * 0.7));
 }
@@ -183,7 +183,7 @@ TEST_CASE("the signal of a run is what a comparison takes it for, through every 
     const std::vector<Channel> channels = {x, z, vx, vz, wy};
     const Recording recording = recording_at(channels, t);
     Experiment experiment(values, recording);
-    experiment.steps = {values.number("time_step.value"), values.number("time_step.value")};
+    experiment.steps = Steps(experiment.runs(), {values.number("time_step.value"), values.number("time_step.value")});
     const Experiment::Prediction predicted = experiment.predict(0, {}, {});
     for (std::size_t s = 0; s < channels.size(); ++s) {
       CAPTURE(name_of(channels[s]));

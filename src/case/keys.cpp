@@ -234,9 +234,9 @@ constexpr Key table[] = {
     {"medium.added_mass_coefficient", number, "1", "0", {0, 100}, "", "Added mass C ρ V, by which the inertia of a ball grows, over the mass of the displaced fluid of medium.density; 0.5 for a sphere, 0 switches it off", "Lamb, Hydrodynamics, § 92"},
     {"medium.magnus_coefficient", number, "1", "0", {-100, 100}, "", "C in the Magnus force C ρ π R³ ω×v; 1 in creeping flow, 0 switches it off", "Rubinow & Keller 1961"},
     {"force.<name>.variable", word, "", "required", any, "speed x y z vx vy vz spin time", "What the force on each ball depends on: its speed, place, velocity or spin (rad/s), or the time", ""},
-    {"force.<name>.direction", word, "", "required", any, "against_velocity x y z lift", "Its direction: against the velocity (what brakes takes at most half of it in a step), along an axis, or along ω×v", ""},
+    {"force.<name>.direction", word, "", "required", any, "against_velocity x y z lift against_spin", "Its direction: against the velocity (what brakes takes at most half of it in a step), along an axis, or along ω×v; against_spin: a torque against the spin", ""},
     {"force.<name>.at", numbers, "1", "required", any, "", "Ascending values of the variable, in SI units, at least two", ""},
-    {"force.<name>.values", numbers, "N", "required", any, "", "The force at each, linear in between and constant beyond the ends", ""},
+    {"force.<name>.values", numbers, "N", "required", any, "", "The force (against_spin: torque, N m) at each, linear in between and constant beyond the ends", ""},
 
     // Space
     {"periodic.x", numbers, "m", "", any, "", "[from, to]: space repeats along x", ""},

@@ -20,7 +20,7 @@ TableForce read_force(const Values& v, const std::string& name) {
   // In the order of the words in the table of keys.
   constexpr TableForce::Variable variables[] = {speed, x, y, z, vx, vy, vz, spin, time};
   constexpr TableForce::Direction directions[] = {TableForce::Direction::against_velocity, TableForce::Direction::x, TableForce::Direction::y, TableForce::Direction::z,
-                                                  TableForce::Direction::lift};
+                                                  TableForce::Direction::lift, TableForce::Direction::against_spin};
   const auto place_of = [&](const std::string& key) {
     const std::vector<std::string> words = words_of(*find_key(split_path(key)));
     return static_cast<std::size_t>(std::find(words.begin(), words.end(), v.text(key)) - words.begin());

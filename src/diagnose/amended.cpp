@@ -12,8 +12,8 @@ std::string amended_case(const Experiment& experiment, const Diagnosis& d) {
   Alteration altered{{}, fit.settings};
   for (std::size_t k = 0; k < fit.moved.size(); ++k) altered.changes.push_back({&fit.moved[k], fit.shared[k]});
   Values values = experiment.values_of(run, altered, shown.unknowns[run]);
-  values.put("time_step.value", d.steps.time_step, "fit");
-  values.put("duration", std::max(recorded.last_time() - experiment.start_time(run), 2 * d.steps.time_step), "fit");
+  values.put("time_step.value", d.steps[run].time_step, "fit");
+  values.put("duration", std::max(recorded.last_time() - experiment.start_time(run), 2 * d.steps[run].time_step), "fit");
   if (!values.has("observe.track")) values.put("observe.track", std::vector<double>{0}, "fit");
   values.put("observe.signal", true, "fit");
   const std::string words = d.effects.empty() ? d.verdict == Verdict::unexplained ? "a learnt force" : "calibrated numbers" : fmt::format("{}", fmt::join(d.effects, " and "));

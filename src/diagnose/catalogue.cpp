@@ -31,10 +31,12 @@ class Collector {
   }
 
   std::vector<Candidate> free_forms() {
-    bool any_axis[3] = {false, false, false};
+    bool any_axis[3] = {false, false, false}, any_spin = false;
     for (const RecordedRun& run : experiment_.recording().runs)
-      for (const Series& series : run.series)
+      for (const Series& series : run.series) {
         if (series.channel < Channel::wx) any_axis[axis_of(series.channel)] = true;
+        any_spin |= series.channel >= Channel::wx && series.channel <= Channel::wz;
+      }
     const RecordingKind kind = experiment_.recording().kind;
     if (kind == RecordingKind::trajectory || kind == RecordingKind::impacts) {
       if (kind == RecordingKind::impacts) any_axis[2] = true;
@@ -45,6 +47,10 @@ class Collector {
         body_curve(name, name, fmt::format("along {0}, by {0}", name));
         body_curve("time", name, fmt::format("along {}, by time", name));
         body_curve("v" + name, name, fmt::format("along {}, by the velocity along it", name));
+      }
+      if (any_spin && kind == RecordingKind::trajectory && s_.spin > 0 && s_.duration > 0) {
+        body_curve("spin", "against_spin", "a torque against the spin, by the spin");
+        body_curve("time", "against_spin", "a torque against the spin, by time");
       }
     }
     if (s_.overlap > 0) {
@@ -119,13 +125,12 @@ class Collector {
     single("torsional_friction", "", pair + "torsional_friction", 0, 0, 5, {0.005, 0.05, 0.5});
     single("sliding_friction", "", pair + "friction", 0, 0, 5, {0.01, 0.1, 0.4});
     const bool rubs = given(pair + "friction") && number(pair + "friction") > 0;
-    if (const std::string key = pair + "tangential_compliance"; rubs && (!given(key) || number(key) == 0)) {
-      // From a contact that sticks without a spring, or from the law's own spring.
-      if (given(key)) single("tangential_compliance", "", key, 0, 0.05, 30, {1.0, 3.0, 0.3});
-      else single("tangential_compliance", "", key, 1, 0.05, 30, {1.3, 0.7, 4.0});
+    // From a contact that sticks without a spring, or from the law's own spring.
+    if (const std::string key = pair + "tangential_compliance"; rubs) {
+      if (given(key) && number(key) == 0) single("tangential_compliance", "", key, 0, 1e-4, 30, {1.0, 3.0, 0.3, 0.03, 0.003});
+      else single("tangential_compliance", "", key, 1, 1e-4, 30, {1.3, 0.7, 4.0, 0.1, 0.003});
     }
     if (!(s_.impact_speed > 0)) return;  // it only lies there
-    const bool inside = experiment_.recording().kind == RecordingKind::contact;  // bounces show nothing of the stiffness itself
     const bool inelastic = given(pair + "restitution") && number(pair + "restitution") < 1;
     if (inelastic) {
       // Counted from the middle of the speeds, so that it and the restitution do not stand for one another.
@@ -142,8 +147,8 @@ class Collector {
       if (law == "hertz_mindlin" || law == "deresiewicz")
         if (Candidate* c = single("plastic_contact", "yielding at a pressure", pair + "yield_pressure", 2 * pressure, 0.01 * pressure, 2 * pressure, {0.8 * pressure, 0.5 * pressure, 0.2 * pressure}))
           c->parameters[0].scale = 0.1 * pressure;
-      if (inside) single("nonlinear_stiffness", "hardening", pair + "hardening", 0, -0.9 / s_.overlap, 50 / s_.overlap, {0.05 / s_.overlap, -0.05 / s_.overlap, 0.5 / s_.overlap});
-      if (inside) single("nonlinear_stiffness", "another exponent", pair + "stiffness_power", 0, -0.9, 3, {0.05, -0.05, 0.4}, {{pair + "reference_overlap", 0.5 * s_.overlap}});
+      single("nonlinear_stiffness", "hardening", pair + "hardening", 0, -0.9 / s_.overlap, 50 / s_.overlap, {0.05 / s_.overlap, -0.05 / s_.overlap, 0.5 / s_.overlap});
+      single("nonlinear_stiffness", "another exponent", pair + "stiffness_power", 0, -0.9, 3, {0.05, -0.05, 0.4}, {{pair + "reference_overlap", 0.5 * s_.overlap}});
       const double strongest = s_.force / (1.5 * pi * s_.radius);  // whose pull-off is the greatest force
       single("adhesion", "", pair + "surface_energy", 0, 0, strongest, {0.005 * strongest, 0.05 * strongest, 2e-4 * strongest});
       const double cube = s_.radius * s_.radius * s_.radius;
@@ -169,7 +174,7 @@ class Collector {
       }
       single("wave_loss", "", pair + "wave_admittance", 0, 0, 10 * speed / s_.force, {0.01 * speed / s_.force, 0.1 * speed / s_.force});
     }
-    if (inside) single("powder_layer", "", pair + "powder_layers", 0, 0, 30, {0.2, 1, 4});
+    single("powder_layer", "", pair + "powder_layers", 0, 0, 30, {0.2, 1, 4});
   }
 
   // Channels, and quantities of three, that were recorded, with the spread of their values.
@@ -254,7 +259,7 @@ class Collector {
     return all;
   }
 
-  void curve(const std::string& table, const std::string& words, const std::string& value_key, std::vector<Setting> settings, std::size_t knots, double scale) {
+  void curve(const std::string& words, const std::string& value_key, std::vector<Setting> settings, std::size_t knots, double scale) {
     Candidate c;
     c.effect = "unknown", c.form = words, c.free_form = true;
     c.settings = std::move(settings);
@@ -265,7 +270,6 @@ class Collector {
       c.parameters.push_back(p);
     }
     c.probes.push_back(std::vector<double>(knots, 0.0));
-    (void)table;
     found_.push_back(std::move(c));
   }
 
@@ -283,7 +287,8 @@ class Collector {
         false);
     if (at.empty()) return;
     const std::vector<double> zeros(at.size(), 0.0);
-    curve(t, words, t + "values", {{t + "variable", variable}, {t + "direction", direction}, {t + "at", at}, {t + "values", zeros}}, at.size(), 0.02 * s_.mass * std::max(s_.acceleration, 1e-9));
+    const double force = 0.02 * s_.mass * std::max(s_.acceleration, 1e-9), torque = 0.02 * 0.4 * s_.mass * s_.radius * s_.radius * s_.spin / s_.duration;
+    curve(words, t + "values", {{t + "variable", variable}, {t + "direction", direction}, {t + "at", at}, {t + "values", zeros}}, at.size(), direction == "against_spin" ? torque : force);
   }
 
   void contact_curve(const std::string& variable, const std::string& phase, const std::string& words) {
@@ -293,7 +298,7 @@ class Collector {
                                                       : knots([&](const Experiment::Point& p) { return variable == "overlap" ? p.overlap : -p.overlap_rate; }, true);
     if (at.empty()) return;
     const std::vector<double> zeros(at.size(), 0.0);
-    curve(t, words, t, {{t + "_variable", variable}, {t + "_phase", phase}, {t + "_at", at}, {t, zeros}}, at.size(), 0.02 * s_.force);
+    curve(words, t, {{t + "_variable", variable}, {t + "_phase", phase}, {t + "_at", at}, {t, zeros}}, at.size(), 0.02 * s_.force);
   }
 
   const Experiment& experiment_;

@@ -114,7 +114,7 @@ void Investigation::choose() {
   if (d_.ranking.empty()) return unexplained(nullptr);
   const Tried* named = best_named();
   if (named == nullptr) return unexplained(best_free());
-  if (experiment_.steps.softness > 1) {
+  if (experiment_.steps.soft()) {
     settle_softness(named->fit);
     named = best_named();
   }
@@ -182,10 +182,18 @@ void Investigation::tell_bodies(const Tried& winner) {
 void Investigation::look_alikes(const Tried& winner) {
   double own = 0;
   std::map<std::string, double> others;
+  const std::set<std::string> names(winner.effects.begin(), winner.effects.end());
   for (const Tried& t : d_.ranking) {
     if (t.candidate.free_form || t.candidate.rival) continue;
-    if (t.effects == winner.effects) own += t.probability;
-    else if (t.effects.size() == 1 && winner.effects.size() == 1) others[t.candidate.effect] += t.probability;
+    if (std::set<std::string>(t.effects.begin(), t.effects.end()) == names) {
+      own += t.probability;
+      continue;
+    }
+    // As many effects, of which all but one are the same.
+    std::vector<std::string> instead;
+    for (const std::string& effect : t.effects)
+      if (names.count(effect) == 0) instead.push_back(effect);
+    if (t.effects.size() == winner.effects.size() && instead.size() == 1) others[instead.front()] += t.probability;
   }
   d_.confidence = own;
   std::vector<std::pair<double, std::string>> order;

@@ -140,7 +140,7 @@ bool Investigation::enough_data() {
 }
 
 double Investigation::look_for_numerics(const Fit& about) {
-  const StepControl stiff = experiment_.steps.stiff();
+  const Steps stiff = experiment_.steps.stiff();
   Experiment plain = experiment_, halved = experiment_, quartered = experiment_;
   plain.steps = stiff, halved.steps = stiff.finer(2), quartered.steps = stiff.finer(4);
   std::vector<VectorXd> errors(experiment_.runs()), left(experiment_.runs());
@@ -149,7 +149,7 @@ double Investigation::look_for_numerics(const Fit& about) {
     const auto run = static_cast<std::size_t>(place);
     const std::vector<double>& unknowns = about.unknowns[run];
     const VectorXd used = stacked(experiment_.predict(run, altered, unknowns));
-    const VectorXd whole = experiment_.steps.softness > 1 ? stacked(plain.predict(run, altered, unknowns)) : used, half = stacked(halved.predict(run, altered, unknowns)),
+    const VectorXd whole = experiment_.steps[run].softness > 1 ? stacked(plain.predict(run, altered, unknowns)) : used, half = stacked(halved.predict(run, altered, unknowns)),
                    quarter = stacked(quartered.predict(run, altered, unknowns));
     const VectorXd exact = (8 * quarter - 6 * half + whole) / 3;
     errors[run] = exact - used;

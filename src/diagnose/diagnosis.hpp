@@ -23,7 +23,7 @@ struct Tried {
 
 struct Diagnosis : Finding {
   std::vector<Tried> ranking;                  // most probable first
-  StepControl steps;                           // with which it was simulated
+  Steps steps;                                 // with which it was simulated
   // For pictures and the amended case.
   Fit baseline, best;                          // over the runs of training
   Fit sealed_baseline, sealed_best;

@@ -14,7 +14,7 @@
 namespace quern {
 namespace {
 
-constexpr std::array softnesses = {100.0, 30.0, 10.0, 3.0};  // that are tried for bodies that lie
+constexpr std::array softnesses = {1000.0, 300.0, 100.0, 30.0, 10.0, 3.0};  // that are tried for bodies that lie
 constexpr double failed = std::numeric_limits<double>::quiet_NaN();
 
 Path sorted_pair(Path path) {
@@ -292,18 +292,17 @@ Case Experiment::case_for(std::size_t r, const Alteration& altered, const std::v
   InsertCase::Ball& ball = c.inserts[0].balls[0];
   ball.position = start.position, ball.velocity = start.velocity, ball.spin = start.spin;
   c.inserts[0].allowed_overlap = 1;
-  c.time_step = steps.time_step;
+  c.time_step = steps[r].time_step;
   c.looked_at = true;
-  if (steps.softness > 1) soften(c, steps.softness);
+  if (steps[r].softness > 1) soften(c, steps[r].softness);
   return c;
 }
 
 // How much softer contacts may be: a body that lies still sinks in by no more than some thousandths of its radius.
-double Experiment::softness_at_rest(std::size_t r, double most) const {
+double Experiment::softness_at_rest(std::size_t r) const {
   constexpr double deepest = 3e-3;
   constexpr int settling = 600;  // steps
   for (const double softness : softnesses) {
-    if (softness > most) continue;
     Case c = case_of(prepared_[r].values);
     c.inserts[0].balls[0] = {prepared_[r].position, Vec3::Zero(), Vec3::Zero()};
     c.inserts[0].allowed_overlap = 1;
@@ -323,9 +322,11 @@ double Experiment::softness_at_rest(std::size_t r, double most) const {
 
 // The step is a part of what the law's own collision allows, or the case's own where that is longer: a fit needs thousands of runs, and the difference that
 // finer steps make is taken off and held against the noise. Where the recording is not of the contact itself, a step near the limit serves, and a longer one
-// where the body lies in its contact; if all do, contacts are softer too, as far as they stay shallow.
+// where the body lies in its contact; if all do, contacts are softer too, as far as they stay shallow. Each run has its own: light bodies need short steps.
 void Experiment::choose_steps() {
-  double step = 1e300, longest = 1e300, softness = softnesses[0];
+  constexpr double of_limit_lying = 1.8, of_limit = 0.6, of_recommended = 0.1;
+  steps = Steps(runs(), {});
+  bool all_lie = true;
   for (std::size_t r = 0; r < runs(); ++r) {
     Case c = case_of(prepared_[r].values);
     InsertCase::Ball& ball = c.inserts[0].balls[0];
@@ -342,35 +343,35 @@ void Experiment::choose_steps() {
       lies |= std::holds_alternative<Plane>(wall.surface) && std::abs(gap) < 0.02 * prepared_[r].radius && normal_speed < 0.02 * built.expected_speed &&
               duration > 50 * built.limit.limit;
     }
+    all_lie &= lies;
     const bool one_impact = recording_->kind == RecordingKind::contact || recording_->runs[r].conditions.count("impact_speed") > 0;
-    softness = lies ? softness_at_rest(r, softness) : 1;
-    const double sound = lies ? 1.8 * built.limit.limit : one_impact ? 0.1 * built.limit.recommended : 0.6 * built.limit.limit;
-    step = std::min({step, one_impact ? sound : std::max(asked.value_or(0), sound), duration / 50});
-    longest = std::min(longest, duration / 100);
+    const double sound = lies ? of_limit_lying * built.limit.limit : one_impact ? of_recommended * built.limit.recommended : of_limit * built.limit.limit;
+    const double step = std::min(one_impact ? sound : std::max(asked.value_or(0), sound), duration / 50);
+    steps[r] = {step, std::max(step, duration / 100)};
   }
-  steps.time_step = step;
-  steps.longest_flight_step = std::max(step, longest);
-  if (!(softness > 1)) return;
-  double soft_step = step * std::sqrt(softness);
-  for (std::size_t r = 0; r < runs(); ++r) {
+  for (std::size_t r = 0; r < runs() && all_lie; ++r) {
+    const double softness = softness_at_rest(r);
+    if (!(softness > 1)) continue;
     Case c = case_of(prepared_[r].values);
     c.inserts[0].allowed_overlap = 1;
     c.time_step.reset();
     soften(c, softness);
-    soft_step = std::min({soft_step, 1.8 * build_case(c).limit.limit, (recording_->runs[r].last_time() - prepared_[r].start) / 200});
+    const double step = steps[r].time_step;
+    const double soft_step = std::min({step * std::sqrt(softness), of_limit_lying * build_case(c).limit.limit, (recording_->runs[r].last_time() - prepared_[r].start) / 200});
+    if (soft_step > step) steps[r] = {soft_step, std::max(soft_step, steps[r].longest_flight_step), softness, step};
   }
-  if (soft_step > step) steps = {soft_step, std::max(soft_step, longest), softness, step};
 }
 
 template <class Watcher>
-bool Experiment::go(std::size_t, const Case& c, double until, Watcher&& watch) const {
+bool Experiment::go(std::size_t r, const Case& c, double until, Watcher&& watch) const {
   Simulation s = build_case(c).simulation;
   s.start(false);
   const Wall* wall = s.walls.empty() ? nullptr : &s.walls[nearest_wall_];
   const Wall* plane = wall != nullptr && std::holds_alternative<Plane>(wall->surface) ? wall : nullptr;
   const std::vector<double> jumps = plane != nullptr ? jumps_of(s, *plane) : std::vector<double>();
   BodyState now = body_state(s, wall), earlier = now;
-  const auto most = static_cast<std::int64_t>(steps.longest_flight_step / steps.time_step * (1 + 1e-9));
+  const double time_step = steps[r].time_step;
+  const auto most = static_cast<std::int64_t>(steps[r].longest_flight_step / time_step * (1 + 1e-9));
   constexpr std::int64_t most_steps = 20'000'000;
   std::int64_t taken = 0;
   while (now.time < until && taken++ < most_steps) {
@@ -380,11 +381,11 @@ bool Experiment::go(std::size_t, const Case& c, double until, Watcher&& watch) c
       // Contacts begin and end on a step: what steps err by is then a smooth function of their length and of what a fit moves.
       // The last bit of the way is a step of its own, since a dashpot's force jumps at first touch and would act on all of the step that ends there.
       const bool watches = most > 1 && free == 1 && plane;
-      const double jump = watches ? time_to_jump(now, *plane, jumps) : no_bound, part = watches ? time_to_part(earlier, now) : no_bound, bit = 1e-6 * steps.time_step;
+      const double jump = watches ? time_to_jump(now, *plane, jumps) : no_bound, part = watches ? time_to_part(earlier, now) : no_bound, bit = 1e-6 * time_step;
       earlier = before;
       if (free > 1) s.fly(free);
-      else if (jump < steps.time_step) s.fly_for(jump > 10 * bit ? jump - 5 * bit : jump + bit);
-      else if (part < steps.time_step) s.fly_for(part);
+      else if (jump < time_step) s.fly_for(jump > 10 * bit ? jump - 5 * bit : jump + bit);
+      else if (part < time_step) s.fly_for(part);
       else s.step();
     } catch (const RunError&) {
       return false;
@@ -423,7 +424,7 @@ Experiment::Prediction Experiment::predict(std::size_t r, const Alteration& alte
       return result;
     }
     SignalReader reader(run, c.instrument, start);
-    const double until = std::min(run.last_time(), end) - start - c.instrument.earliest_shift() + steps.time_step;
+    const double until = std::min(run.last_time(), end) - start - c.instrument.earliest_shift() + steps[r].time_step;
     bool first = true;
     const bool ran = go(r, c, until, [&](const BodyState& before, const BodyState& now) {
       if (first) reader.begin(before);

@@ -1,6 +1,7 @@
 // The experiment behind a recording, as a simulation: the case with the conditions of a run, stepped by the simulator itself, and what the
 // instruments would have shown of it at the instants of the recording.
 #pragma once
+#include <algorithm>
 #include <memory>
 #include <string>
 #include <vector>
@@ -38,6 +39,34 @@ struct StepControl {
   // With the contacts of the case.
   StepControl stiff() const { return softness > 1 ? StepControl{stiff_step, std::max(stiff_step, longest_flight_step)} : *this; }
   StepControl finer(double factor) const { return {time_step / factor, longest_flight_step / factor, softness, stiff_step / factor}; }
+};
+
+// By run of the recording.
+class Steps {
+ public:
+  Steps() = default;
+  Steps(std::size_t runs, const StepControl& all) : by_run_(runs, all) {}
+  StepControl& operator[](std::size_t run) { return by_run_[run]; }
+  const StepControl& operator[](std::size_t run) const { return by_run_[run]; }
+  double shortest() const {
+    double least = by_run_.front().time_step;
+    for (const StepControl& one : by_run_) least = std::min(least, one.time_step);
+    return least;
+  }
+  bool soft() const {
+    return std::any_of(by_run_.begin(), by_run_.end(), [](const StepControl& one) { return one.softness > 1; });
+  }
+  Steps stiff() const { return changed([](const StepControl& one) { return one.stiff(); }); }
+  Steps finer(double factor) const { return changed([&](const StepControl& one) { return one.finer(factor); }); }
+
+ private:
+  template <class Change>
+  Steps changed(Change&& change) const {
+    Steps other = *this;
+    for (StepControl& one : other.by_run_) one = change(one);
+    return other;
+  }
+  std::vector<StepControl> by_run_;
 };
 
 // What a comparison does to the case: numbers that it moves, and other keys that it sets first.
@@ -93,7 +122,7 @@ class Experiment {
   // The case as it stands for one run, with changes: what `quern run` would take.
   Values values_of(std::size_t run, const Alteration& altered, const std::vector<double>& unknowns) const;
 
-  StepControl steps;  // how finely to step; set when made
+  Steps steps;  // how finely to step; set when made
 
  private:
   struct Prepared {
@@ -109,7 +138,7 @@ class Experiment {
   };
   void prepare(std::size_t run);
   void choose_steps();
-  double softness_at_rest(std::size_t run, double most) const;
+  double softness_at_rest(std::size_t run) const;
   Start start_of(std::size_t run, const std::vector<double>& unknowns) const;
   Case case_for(std::size_t run, const Alteration& altered, const std::vector<double>& unknowns) const;
   template <class Watcher>

@@ -62,6 +62,10 @@ class Investigation {
   // Directions of no cause in particular: smooth curves over each run, common to all of them, by channel; and the strength of an effect that differs
   // between runs, which no cause should (step 10).
   std::vector<Direction> plain_directions(const Fit& fit) const;
+  // Waves of one phase in all runs, by channel: what is periodic, or rings.
+  void add_waves(Channel channel, const Fit& fit, std::vector<Direction>& all) const;
+  // Whether the free numbers are one and the same in all runs, in their order and along each condition.
+  std::vector<Direction> scaling_of_free(const Fit& fit) const;
   // Whether the strength that a fit found is one and the same in all runs, and along each condition.
   std::vector<Direction> scaling_directions(const Fit& fit, const Candidate& c) const;
   static bool is_finite(const std::vector<VectorXd>& runs);

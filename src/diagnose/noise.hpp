@@ -14,6 +14,7 @@ namespace quern {
 struct ChannelNoise {
   double deviation = 1;     // σ, in the channel's unit, or times the recorded deviations
   double correlation = 0;   // φ over the median spacing of the channel's samples, 0 … 0.995
+  bool by_sample = false;   // φ is from each sample to the next, however far apart: what is read forgets itself, not what is measured
   double spacing = 1;       // that spacing [s]
   double white = 0;         // part of the variance that is white, 0 … 1
   double tail = 1e9;        // ν; beyond 1e6: normal

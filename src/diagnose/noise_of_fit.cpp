@@ -29,6 +29,16 @@ double median_spacing(const Recording& recording, Channel channel) {
   return *middle > 0 ? *middle : 1;
 }
 
+// Whether a channel's samples follow one another at times far from even.
+bool is_uneven(const Recording& recording, Channel channel, double spacing) {
+  std::size_t all = 0, off = 0;
+  for (const RecordedRun& run : recording.runs)
+    for (const Series& series : run.series)
+      if (series.channel == channel)
+        for (std::size_t k = 1; k < series.t.size(); ++k) ++all, off += std::abs(series.t[k] - series.t[k - 1] - spacing) > 0.3 * spacing;
+  return 5 * off > all;
+}
+
 }  // namespace
 
 void Comparison::estimate_noise(Fit& fit, const FitOptions& options) const {
@@ -100,21 +110,24 @@ void Comparison::estimate_noise(Fit& fit, const FitOptions& options) const {
     const double without = quality(uncorrelated);
     // Correlation: a coarse look, then finer about the best.
     double best = quality(own), best_phi = own.correlation;
-    const auto look = [&](double phi) {
+    const auto look = [&](double phi, bool by_sample) {
       ChannelNoise trial = own;
-      trial.correlation = phi;
+      trial.correlation = phi, trial.by_sample = by_sample;
       const double q = quality(trial);
-      if (q > best) best = q, best_phi = phi;
+      if (q > best) best = q, best_phi = phi, own.by_sample = by_sample;
     };
     if (own.correlation == 0 && !events)
-      for (double phi : {0.15, 0.4, 0.65, 0.85, 0.95}) look(phi);
+      for (double phi : {0.15, 0.4, 0.65, 0.85, 0.95}) {
+        look(phi, false);
+        if (is_uneven(recording, static_cast<Channel>(c), own.spacing)) look(phi, true);
+      }
     for (double width : {0.3, 0.1, 0.03}) {
       if (events) break;
       const double centre = best_phi;
       for (double side : {-1.0, 1.0}) {
         // In the scale of ln((1+φ)/(1−φ)), in which 0.9 and 0.99 lie as far apart as 0.2 and 0.8.
         const double z = std::atanh(std::min(centre, 0.995)) + side * width;
-        if (z > 0) look(std::min(std::tanh(z), 0.995));
+        if (z > 0) look(std::min(std::tanh(z), 0.995), own.by_sample);
       }
     }
     // Slow noise looks like physics and is believed late.
@@ -147,13 +160,17 @@ void Comparison::estimate_noise(Fit& fit, const FitOptions& options) const {
       steady.jitter = 0;
       double best_jitter = 0;
       best = quality(steady) + cost;
+      const auto try_jitter = [&](double jitter) {
+        ChannelNoise trial = own;
+        trial.jitter = jitter;
+        if (const double q = quality(trial); q > best) best = q, best_jitter = jitter;
+      };
       if (typical > 0)
-        for (double part : {0.3, 0.6, 1.2, 2.5, 5.0, 12.0, 40.0}) {
-          ChannelNoise trial = own;
-          trial.jitter = part / typical;
-          const double q = quality(trial);
-          if (q > best) best = q, best_jitter = trial.jitter;
-        }
+        for (double part : {0.3, 0.6, 1.2, 2.5, 5.0, 12.0, 40.0}) try_jitter(part / typical);
+      for (double factor : {1.5, 1.2, 1.08}) {
+        const double centre = best_jitter;
+        if (centre > 0) try_jitter(centre * factor), try_jitter(centre / factor);
+      }
       own.jitter = best_jitter;
     }
     if (options.tails) {
@@ -316,14 +333,15 @@ Noise Comparison::settled_noise(const Fit& fit, const std::vector<std::vector<Ve
     for (Row c = 0; c < gram.cols(); ++c)
       if (size[c] > 0) linear.shared.rightCols(kept.cols()) += columns[static_cast<std::size_t>(c)][r] * kept.row(c);
   }
-  // The residual as those columns leave it.
-  for (int round = 0; round < 2; ++round) {
+  // The residual as those columns leave it under a noise.
+  const auto left_under = [&](const Noise& noise) {
     Fit left = wide;
+    left.noise = noise;
     MatrixXd information = MatrixXd::Zero(wide.linear[0].shared.cols(), wide.linear[0].shared.cols());
     VectorXd slope = VectorXd::Zero(information.rows());
     std::vector<Whitened> white;
     for (std::size_t r = 0; r < wide.runs.size(); ++r) {
-      white.push_back(left_over.whitened(wide.runs[r], wide.linear[r], wide.noise));
+      white.push_back(left_over.whitened(wide.runs[r], wide.linear[r], noise));
       MatrixXd shared = white[r].shared;
       VectorXd rest = white[r].rest;
       project_out(white[r].unknowns, shared, rest);
@@ -339,9 +357,30 @@ Noise Comparison::settled_noise(const Fit& fit, const std::vector<std::vector<Ve
         left.linear[r].rest -= wide.linear[r].unknowns * own;
       }
     }
-    FitOptions options;
-    left_over.estimate_noise(left, options);
+    return left;
+  };
+  // Slow noise is looked for anew: the fit may have taken for it what it lacks.
+  for (ChannelNoise& one : wide.noise) one.correlation = one.white = 0;
+  for (int round = 0; round < 3; ++round) {
+    Fit left = left_under(wide.noise);
+    left_over.estimate_noise(left, {});
     wide.noise = left.noise;
+  }
+  // With so much taken away, what remains says little of slow noise. The noise of the whole residual holds unless what remains speaks against it.
+  const auto quality = [&](const Noise& noise) { return left_over.restricted(left_under(noise), noise, static_cast<std::size_t>(wide.linear.front().shared.cols())); };
+  constexpr double against_it = 3;  // ln of likelihood
+  // Noise that hardly forgets itself within a run is as good as physics.
+  constexpr double least_memories = 3;
+  for (const std::size_t c : channels_of(recording())) {
+    double samples = 0, series = 0;
+    for (const std::size_t run : fit.runs)
+      for (const Series& one : recording().runs[run].series)
+        if (static_cast<std::size_t>(one.channel) == c) samples += static_cast<double>(one.value.size()), series += 1;
+    if ((1 - fit.noise[c].correlation) * samples < least_memories * series) continue;
+    if ((fit.noise[c].correlation == 0 && wide.noise[c].correlation == 0) || fit.noise[c].tail != wide.noise[c].tail) continue;
+    Noise first = wide.noise;
+    first[c] = fit.noise[c];
+    if (quality(first) > quality(wide.noise) - against_it) wide.noise = first;
   }
   return wide.noise;
 }

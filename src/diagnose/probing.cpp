@@ -53,6 +53,7 @@ std::vector<Direction> Investigation::plain_directions(const Fit& fit) const {
   for (const std::size_t r : fit.runs)
     for (const Series& series : recording.runs[r].series) channels.insert(series.channel);
   for (const Channel channel : channels) {
+    add_waves(channel, fit, all);
     Direction curve{fmt::format("a smooth course of {}", name_of(channel)), {}, false, -1, 0};
     constexpr int waves = 5;
     for (int wave = 0; wave < waves; ++wave) {
@@ -86,6 +87,46 @@ std::vector<Direction> Investigation::plain_directions(const Fit& fit) const {
   return all;
 }
 
+void Investigation::add_waves(Channel channel, const Fit& fit, std::vector<Direction>& all) const {
+  const Recording& recording = experiment_.recording();
+  std::vector<double> lengths, samples;
+  for (const std::size_t r : fit.runs)
+    for (const Series& series : recording.runs[r].series)
+      if (series.channel == channel) lengths.push_back(series.t.back() - series.t.front()), samples.push_back(static_cast<double>(series.t.size()));
+  if (channel == Channel::impact || lengths.empty()) return;
+  std::nth_element(lengths.begin(), lengths.begin() + lengths.size() / 2, lengths.end());
+  std::nth_element(samples.begin(), samples.begin() + samples.size() / 2, samples.end());
+  const double length = lengths[lengths.size() / 2];
+  // Slower ones are in the smooth courses; faster ones have less than five samples each.
+  constexpr int slowest = 3, most = 24;
+  const int fastest = std::min(most, static_cast<int>(samples[samples.size() / 2] / 5));
+  for (int periods = slowest; periods <= fastest && length > 0; ++periods) {
+    Direction wave{fmt::format("{} periods of {}", periods, name_of(channel)), {{}, {}}, false, -1, 0};
+    for (std::size_t place = 0; place < fit.runs.size(); ++place) {
+      VectorXd even = VectorXd::Zero(fit.linear[place].rest.size()), odd = even;
+      Eigen::Index row = 0;
+      for (const Series& series : recording.runs[fit.runs[place]].series)
+        for (const double t : series.t) {
+          const double phase = 2 * M_PI * periods * t / length;
+          if (series.channel == channel) even[row] = std::cos(phase), odd[row] = std::sin(phase);
+          ++row;
+        }
+      wave.columns[0].push_back(even), wave.columns[1].push_back(odd);
+    }
+    all.push_back(std::move(wave));
+  }
+}
+
+std::vector<Direction> Investigation::scaling_of_free(const Fit& fit) const {
+  std::vector<Direction> all;
+  for (const Parameter& p : free_) {
+    Candidate own;
+    own.parameters = {p};
+    for (Direction& direction : scaling_directions(fit, own)) all.push_back(std::move(direction));
+  }
+  return all;
+}
+
 std::vector<Direction> Investigation::scaling_directions(const Fit& fit, const Candidate& c) const {
   std::vector<Direction> all;
   if (fit.runs.size() < 2) return all;
@@ -103,6 +144,7 @@ std::vector<Direction> Investigation::scaling_directions(const Fit& fit, const C
   for (const std::size_t run : fit.runs)
     if (run != fit.runs.front()) apart.columns.push_back(weighted([&](std::size_t r) { return r == run ? 1.0 : 0.0; }));
   all.push_back(std::move(apart));
+  if (fit.runs.size() > 2) all.push_back({"its strength in the order of the runs", {weighted([](std::size_t r) { return static_cast<double>(r); })}, false, -1, 0});
   const Recording& recording = experiment_.recording();
   std::set<std::string> names;
   for (const std::size_t r : fit.runs)
@@ -216,7 +258,9 @@ std::vector<Score> Investigation::score_all(Residuals& residuals, const std::vec
   for (const Direction& direction : directions) scores.push_back(residuals.score(direction));
   double most = 0;
   for (const Score& score : scores) most = std::max(most, score.statistic - 1);
-  for (const Direction& direction : plain_directions(fit)) {
+  std::vector<Direction> plain = plain_directions(fit);
+  for (Direction& direction : scaling_of_free(fit)) plain.push_back(std::move(direction));
+  for (const Direction& direction : plain) {
     const Score score = residuals.score(direction);
     most = std::max(most, score.statistic - score.degrees);
   }

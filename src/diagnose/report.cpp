@@ -273,7 +273,7 @@ class Page {
     const bool asked = d_.verdict != Verdict::insufficient_data || !d_.detectable.empty();
     if (asked) {
       text += fmt::format("<li>Whether noise explains what is left: p = {} with the calibrated case{}.</li>", chance(d_.adequacy_p), named() ? fmt::format(", {} with what was found", chance(d_.remaining_p)) : "");
-      text += fmt::format("<li>Time step {}; half of it moves all samples together by {} standard deviations of the noise.</li>", e(with_unit(brief(d_.steps.time_step, 3), "s")), brief(d_.numerical_error, 2));
+      text += fmt::format("<li>Time step {} or longer; half of it moves all samples together by {} standard deviations of the noise.</li>", e(with_unit(brief(d_.steps.shortest(), 3), "s")), brief(d_.numerical_error, 2));
     }
     text += "</ul>\n";
     std::string rows;

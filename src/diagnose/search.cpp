@@ -15,6 +15,7 @@ std::optional<Tried> Investigation::attempt(const Candidate& c, const std::vecto
   moved.insert(moved.end(), c.parameters.begin(), c.parameters.end());
   settings.insert(settings.end(), c.settings.begin(), c.settings.end());
   std::optional<Tried> best;
+  const double before = gain_of(about);
   for (const std::vector<double>& at : starts) {
     Fit start = about;
     for (std::size_t k = 0; k < at.size(); ++k) {
@@ -39,7 +40,7 @@ std::optional<Tried> Investigation::attempt(const Candidate& c, const std::vecto
     rate(tried);
     best = std::move(tried);
     // The score promised half its statistic; a fit that keeps the promise needs no other start.
-    if (starts.size() > 1 && gain > 0.4 * promised) break;
+    if (starts.size() > 1 && gain - before > 0.4 * promised) break;
   }
   return best;
 }
@@ -244,9 +245,7 @@ void Investigation::try_pairs() {
     std::sort(order.begin(), order.end());
     for (std::size_t k = 0; k < std::min<std::size_t>(3, order.size()); ++k) {
       const Candidate& second = candidates_[order[k].second];
-      std::vector<std::vector<double>> starts = starts_of(second, directions, scores);
-      if (starts.size() > 1) starts.resize(1);
-      auto tried = attempt(second, starts, first.fit);
+      auto tried = attempt(second, starts_of(second, directions, scores), first.fit, -order[k].first);
       if (!tried) continue;
       tried->effects = {first.candidate.effect, second.effect};
       if (second.rival) {

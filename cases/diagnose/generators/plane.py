@@ -44,7 +44,8 @@ class Rollers:
         q, L = self.p, self.lanes
         y = np.array(y, float)
         slip = y[1] - self.arm * y[2]
-        mode = np.where(np.abs(slip) > 1e-9, SLIDES, ROLLS)
+        grippy = q["friction"] > 0  # without friction nothing makes a ball roll, or keeps it rolling
+        mode = np.where((np.abs(slip) > 1e-9) | ~grippy, SLIDES, ROLLS)
         t, ts, ys, ds = np.zeros(L), [], [], []
         while True:
             h = np.minimum(t_end / steps, t_end - t)
@@ -61,7 +62,7 @@ class Rollers:
                 return y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
             new = step(h)
             u0, u1 = y[1] - self.arm * y[2], new[1] - self.arm * new[2]
-            grips = (mode == SLIDES) & (u0 * u1 < 0)
+            grips = (mode == SLIDES) & grippy & (u0 * u1 < 0)
             stops = (mode == ROLLS) & (y[1] * new[1] < 0)
             drilled = (y[3] != 0) & (y[3] * new[3] <= 0)
             turns = (mode == SLIDES) & ~grips & (y[2] * new[2] < 0)
