@@ -1,13 +1,13 @@
 #include "src/contact/kernels.hpp"
 #include <cstring>
+#include "src/base/instruction_set.hpp"
 
 namespace quern {
 
 const Kernels* find_kernels(const char* name) {
 #if defined(__x86_64__)
-  if (std::strcmp(name, "avx512") == 0 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq") &&
-      __builtin_cpu_supports("popcnt")) return &avx512::kernels;
-  if (std::strcmp(name, "avx2") == 0 && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("popcnt")) return &avx2::kernels;
+  if (std::strcmp(name, "avx512") == 0 && supports(InstructionSet::avx512)) return &avx512::kernels;
+  if (std::strcmp(name, "avx2") == 0 && supports(InstructionSet::avx2)) return &avx2::kernels;
 #endif
   return std::strcmp(name, "portable") == 0 ? &portable::kernels : nullptr;
 }

@@ -1,6 +1,7 @@
 #include "src/contact/shape_contacts.hpp"
 #include "src/contact/shape_meeting.hpp"
 #include <algorithm>
+#include <optional>
 
 namespace quern {
 namespace {
@@ -14,6 +15,15 @@ struct Scratch {
   std::vector<double> path;        // of any place of them, upper bound [m]
   std::vector<KeptPair> kept;      // pairs that touched a step ago
   std::vector<Index> candidate;    // their places in the list
+  std::vector<ParallelPlanes> near; // pairs that did not, and may now
+  std::vector<Index> near_candidate;
+  std::vector<Gap> gap;            // along those planes
+  std::vector<KeptPair> tried;     // of these, those that nearly touch, as if they had: what would be their memory, and what comes of it
+  std::vector<Index> trial;        // by place in `near`: place in `tried`; −1: none
+  std::vector<Quad> memory;
+  std::vector<Meeting> outcome;
+  std::vector<ParallelPlanes> planes; // that these outcomes lay between them, by place in `tried`
+  std::vector<Gap> plane_gap;
   std::vector<Meeting> meetings;
   std::vector<ShapeTouch> touches;
 };
@@ -23,31 +33,56 @@ Scratch& scratch() {
   return s;
 }
 
-// Whether two touch that did not a step ago. If not, a plane between them stays in `guess`, its normal as long as the gap was when it was
-// last made as wide as it can be, with the sum of paths at which to look again: until then they cannot have used up the gap.
-ShapeContact meet(const PlacedShape& a, const PlacedShape& b, double paths, Quad& guess) {
-  constexpr double worn = 0.3;  // of the widest gap; a plane with less is turned to widen it
+// Of two that did not touch a step ago a plane between them stays in `guess`: its normal, as long as the gap was when it was last made as
+// wide as it can be, with the sum of paths at which to look again: until then they cannot have used up the gap.
+void sleep(const Vec3& n, double gap, double widest, double paths, Quad& guess) { guess = row(widest * n, paths + (1 - 1e-9) * gap); }
+
+bool known(const Quad& guess) { return guess.x != 0 || guess.y != 0 || guess.z != 0; }
+
+// Whether the balls that hold them leave a gap.
+bool clear_of(const PlacedShape& a, const PlacedShape& b, double paths, Quad& guess) {
   const Vec3 apart = a.centre - b.centre;
   const double reach = a.size * a.shape->bounding_radius + b.size * b.shape->bounding_radius, distance = apart.norm();
-  const bool known = guess.x != 0 || guess.y != 0 || guess.z != 0;
-  const auto sleep = [&](const Vec3& n, double gap, double widest) { guess = row(widest * n, paths + (1 - 1e-9) * gap); };
+  if (distance <= reach) return false;
+  sleep(apart / distance, distance - reach, distance - reach, paths, guess);
+  return true;
+}
+
+constexpr Index asleep = -2;  // instead of a place in `tried`
+
+constexpr double worn = 0.3;  // of the widest gap; a plane with less is turned to widen it
+double widest(const PlacedShape& a, const PlacedShape& b, const Quad& guess) { return known(guess) ? vec(guess).norm() : (a.centre - b.centre).norm(); }
+
+// Whether they touch, of two that are so far apart along n.
+ShapeContact meet(const PlacedShape& a, const PlacedShape& b, const Vec3& n, double gap, double paths, Quad& guess) {
   ShapeContact c;
-  if (distance > reach) {
-    sleep(apart / distance, distance - reach, distance - reach);
-    return c;
-  }
-  const Vec3 n = (known ? vec(guess) : apart).normalized();
-  const double gap = n.dot(apart) - a.size * a.shape->support.value(a.axes.transpose() * n) - b.size * b.shape->support.value(b.axes.transpose() * n);
-  if (gap > worn * (known ? vec(guess) : apart).norm()) {
-    sleep(n, gap, known ? vec(guess).norm() : gap);
-    return c;
-  }
-  if (gap <= 0) c = known ? touch_from(a, b, n) : touch(a, b);
+  if (gap <= 0) c = known(guess) ? touch_from(a, b, n) : touch(a, b);
   if (!c.touching) {
     c = widened(a, b, gap > 0 ? n : c.normal);
-    sleep(c.normal, -c.overlap, -c.overlap);
+    sleep(c.normal, -c.overlap, -c.overlap, paths, guess);
     c.touching = false;
   }
+  return c;
+}
+
+// What two that nearly touched came to, where that is certain: a place within both, or a plane between them.
+std::optional<ShapeContact> outcome(const PlacedShape& a, const PlacedShape& b, const Meeting& met, const Quad* memory, double plane_gap, double paths, Quad& guess) {
+  constexpr double shallow = 1e-3;  // overlap over size; deeper, other sides may have less
+  if (met.arm.w == 0) return {};
+  ShapeContact c;
+  if (met.normal.w < 0) {
+    if (plane_gap <= 0) return {};
+    sleep(vec(met.normal), plane_gap, plane_gap, paths, guess);
+    return c;
+  }
+  const auto within = [](const PlacedShape& body, const Vec3& place) { return body.shape->gauge.value(body.axes.transpose() * (place - body.centre)) <= body.size; };
+  const Vec3 middle = a.centre + vec(met.arm);
+  if (met.normal.w > shallow * std::min(a.size * a.shape->volume_radius, b.size * b.shape->volume_radius) || !within(a, middle) || !within(b, middle)) return {};
+  c.touching = true;
+  c.normal = vec(met.normal), c.overlap = met.normal.w;
+  c.on_first = a.centre + a.axes * vec(memory[1]), c.on_second = b.centre + b.axes * vec(memory[2]);
+  const auto radius = [](const PlacedShape& body, const Quad& place) { return body.size / body.shape->curvature(vec(place) / body.size).mean(); };
+  c.radius_first = radius(a, memory[1]), c.radius_second = radius(b, memory[2]);
   return c;
 }
 
@@ -89,7 +124,7 @@ void pose_shapes(const StepContext& step, const ContactBlock& block, const Works
 
 void shape_pair_forces(const StepContext& step, const Kernels& kernels, const PairLaw& pair, CandidateList& list, ContactBlock& block, const Workspace& work) {
   Scratch& s = scratch();
-  s.kept.clear(), s.candidate.clear(), s.touches.clear();
+  s.kept.clear(), s.candidate.clear(), s.near.clear(), s.near_candidate.clear(), s.touches.clear();
   const auto body = [&](Index offset) -> const PlacedShape& { return s.bodies[at(offset / 4)]; };
   const auto begin = [&](std::size_t k, const Vec3& normal, double overlap, const Vec3& arm_i) {
     const Index i = list.first[k] / 4, j = list.second[k] / 4, slot = list.slot[k];
@@ -123,8 +158,42 @@ void shape_pair_forces(const StepContext& step, const Kernels& kernels, const Pa
     }
     const double paths = s.path[at(i)] + s.path[at(j)];
     if (paths < list.guess[k].w) continue;
-    const PlacedShape &a = body(list.first[k]), &b = body(list.second[k]);
-    const ShapeContact c = meet(a, b, paths, list.guess[k]);
+    const PlacedShape &a = s.bodies[at(i)], &b = s.bodies[at(j)];
+    if (clear_of(a, b, paths, list.guess[k])) continue;
+    const Vec3 n = (known(list.guess[k]) ? vec(list.guess[k]) : Vec3(a.centre - b.centre)).normalized();
+    s.near.push_back({row(n), i, j}), s.near_candidate.push_back(static_cast<Index>(k));
+  }
+  s.gap.resize(s.near.size());
+  shape_meetings(kernels).gaps(s.poses.data(), s.near.data(), static_cast<Index>(s.near.size()), s.gap.data());
+  s.tried.clear(), s.memory.clear(), s.trial.assign(s.near.size(), -1);
+  for (std::size_t m = 0; m < s.near.size(); ++m) {
+    const ParallelPlanes& planes = s.near[m];
+    Quad& guess = list.guess[at(s.near_candidate[m])];
+    const double before = widest(s.bodies[at(planes.first)], s.bodies[at(planes.second)], guess), gap = s.gap[m].first.w;
+    if (gap > worn * before) {
+      sleep(vec(planes.normal), gap, known(guess) ? before : gap, s.path[at(planes.first)] + s.path[at(planes.second)], guess);
+      s.trial[m] = asleep;
+    } else if (known(guess)) {
+      s.trial[m] = static_cast<Index>(s.tried.size());
+      s.tried.push_back({planes.first, planes.second, s.trial[m]});
+      s.memory.insert(s.memory.end(), {planes.normal, s.gap[m].first, s.gap[m].second});
+    }
+  }
+  s.outcome.resize(s.tried.size()), s.planes.resize(s.tried.size()), s.plane_gap.resize(s.tried.size());
+  shape_meetings(kernels).meet(s.poses.data(), s.tried.data(), static_cast<Index>(s.tried.size()), s.memory.data(), s.outcome.data());
+  for (std::size_t t = 0; t < s.tried.size(); ++t) s.planes[t] = {s.outcome[t].arm.w == 0 ? s.memory[shaped_rows * t] : s.outcome[t].normal, s.tried[t].first, s.tried[t].second};
+  shape_meetings(kernels).gaps(s.poses.data(), s.planes.data(), static_cast<Index>(s.planes.size()), s.plane_gap.data());
+  for (std::size_t m = 0; m < s.near.size(); ++m) {
+    if (s.trial[m] == asleep) continue;
+    const std::size_t k = at(s.near_candidate[m]), i = at(s.near[m].first), j = at(s.near[m].second);
+    const PlacedShape &a = s.bodies[i], &b = s.bodies[j];
+    const double paths = s.path[i] + s.path[j];
+    std::optional<ShapeContact> certain;
+    if (s.trial[m] >= 0) {
+      const std::size_t t = at(s.trial[m]);
+      certain = outcome(a, b, s.outcome[t], &s.memory[shaped_rows * t], s.plane_gap[t].first.w, paths, list.guess[k]);
+    }
+    const ShapeContact c = certain ? *certain : meet(a, b, vec(s.near[m].normal), s.gap[m].first.w, paths, list.guess[k]);
     if (!c.touching) continue;
     const double ri = bounded_radius(c.radius_first, a), rj = bounded_radius(c.radius_second, b);
     list.slot[k] = block.take_slot();

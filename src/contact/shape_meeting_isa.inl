@@ -1,17 +1,15 @@
 // Newton's method for eight pairs of shapes that touched a step ago, for one instruction set.
 #include <cmath>
-#include "src/base/pack.hpp"
+#include "shapes/norm_pack.hpp"
 #include "src/contact/shape_meeting.hpp"
 
 namespace quern::QUERN_ISA {
 namespace {
 
-using PackTriple = Triple<Pack>;
-
 constexpr double accepted = 1e-5;  // what is left of a step of this size, in places over the size or in the normal, is its square
 constexpr double longest = 0.3;    // steps beyond this lead nowhere
 constexpr double deepest = 0.05;   // overlap over size; deeper, other sides may count
-constexpr int most_looks = 4;
+constexpr int most_looks = 6;
 
 // Exponents of eight bodies; most often all the same, and whole.
 struct Exponents {
@@ -226,6 +224,31 @@ void meet_shapes(const PosedShape* poses, const KeptPair* pairs, Index count, Qu
     scatter_rows({place_a.x, place_a.y, place_a.z, zero}, [&](int k) { return &keep(k, 1)->x; });
     scatter_rows({place_b.x, place_b.y, place_b.z, zero}, [&](int k) { return &keep(k, 2)->x; });
     for (int k = 0; k < used; ++k) meetings[from + k] = {normals[k], arms[k]};
+  }
+}
+
+void find_gaps(const PosedShape* poses, const ParallelPlanes* pairs, Index count, Gap* gaps) {
+  const Pack one(1.0), zero(0.0);
+  for (Index from = 0; from < count; from += lanes) {
+    const int used = count - from < lanes ? count - from : lanes;
+    const auto pair = [&](int k) -> const ParallelPlanes& { return pairs[from + (k < used ? k : used - 1)]; };
+    const PackTriple n = gather_rows([&](int k) { return &pair(k).normal.x; }).xyz();
+    // How far a body's farthest place along n is from its centre, and how far that is from the origin.
+    struct Reach {
+      NormPack::First own;
+      Pack centre;
+    };
+    const auto reach = [&](auto&& pose) __attribute__((always_inline)) -> Reach {
+      const QuadPack x = gather_rows([&](int k) { return &pose(k).axis[0].x; }), y = gather_rows([&](int k) { return &pose(k).axis[1].x; });
+      const QuadPack z = gather_rows([&](int k) { return &pose(k).axis[2].x; }), e = gather_rows([&](int k) { return &pose(k).exponents.x; });
+      const NormPack support({one / x.w, one / y.w, one / z.w}, e.x / (e.x - one), e.y / (e.y - one));
+      return {support.first({dot(x.xyz(), n), dot(y.xyz(), n), dot(z.xyz(), n)}), dot(n, gather_rows([&](int k) { return &pose(k).centre.x; }).xyz())};
+    };
+    const Reach a = reach([&](int k) -> const PosedShape& { return poses[pair(k).first]; }), b = reach([&](int k) -> const PosedShape& { return poses[pair(k).second]; });
+    const PackTriple &ga = a.own.gradient, &gb = b.own.gradient;
+    alignas(64) Quad scratch;
+    scatter_rows({-ga.x, -ga.y, -ga.z, (a.centre - b.centre) - (a.own.value + b.own.value)}, [&](int k) { return k < used ? &gaps[from + k].first.x : &scratch.x; });
+    scatter_rows({gb.x, gb.y, gb.z, zero}, [&](int k) { return k < used ? &gaps[from + k].second.x : &scratch.x; });
   }
 }
 

@@ -1,0 +1,2 @@
+#define QUERN_ISA portable
+#include "src/particle/turning_isa.inl"
