@@ -51,7 +51,8 @@ async function open(figure) {
   let since = null, from = 0;
   const tick = (now) => {
     if (since === null) return;
-    const frame = from + Math.floor(((now - since) / 1000) * framesPerSecond * Number(pace.value));
+    // A browser's frame may have begun before the click that starts it.
+    const frame = from + Math.floor((Math.max(0, now - since) / 1000) * framesPerSecond * Number(pace.value));
     if (frame > last) since = now, from = 0, show(0);
     else if (frame !== Number(slider.value)) show(frame);
     requestAnimationFrame(tick);
