@@ -359,9 +359,7 @@ Noise Comparison::settled_noise(const Fit& fit, const std::vector<std::vector<Ve
     }
     return left;
   };
-  // Slow noise is looked for anew: the fit may have taken for it what it lacks.
-  for (ChannelNoise& one : wide.noise) one.correlation = one.white = 0;
-  for (int round = 0; round < 3; ++round) {
+  for (int round = 0; round < 2; ++round) {
     Fit left = left_under(wide.noise);
     left_over.estimate_noise(left, {});
     wide.noise = left.noise;
