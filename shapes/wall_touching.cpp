@@ -1,11 +1,8 @@
 #include "shapes/wall_touching.hpp"
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <optional>
-#include "shapes/jacket.hpp"
-#include "src/base/instruction_set.hpp"
 
 namespace quern {
 namespace {
@@ -39,13 +36,22 @@ double radius_of(const Reach& r) {
   return mean_radius(t.transpose() * r.radii * t);
 }
 
-bool find_far_places(const BodyInJacket& body, double radius, FarPlaces& places) {
-#if defined(__x86_64__)
-  const InstructionSet best = best_instruction_set();
-  if (best == InstructionSet::avx512) return avx512::find_far_places(body, radius, places);
-  if (best == InstructionSet::avx2) return avx2::find_far_places(body, radius, places);
-#endif
-  return portable::find_far_places(body, radius, places);
+// Climbs to a place farther from the axis than all beside it: Newton's method where the reach is concave, else the angle of the farthest
+// place itself, which always climbs.
+Reach climb(const PlacedShape& body, Reach at) {
+  constexpr int most_steps = 60;
+  const double tolerance = 1e-12 * body.size * body.shape->volume_radius;
+  for (int k = 0; k < most_steps && std::abs(at.slope) > tolerance; ++k) {
+    if (at.bend < -0.01 * at.value) {
+      const Reach next = reach(body, at.angle - at.slope / at.bend);
+      if (next.value > at.value || std::abs(next.slope) < 0.5 * std::abs(at.slope)) {
+        at = next;
+        continue;
+      }
+    }
+    at = reach(body, std::atan2(at.place.y(), at.place.x()));
+  }
+  return at;
 }
 
 // Where on the way from start to start + way a norm, which is convex, is least, in parts of the way: Newton's method between bounds.
@@ -69,27 +75,35 @@ double least_along(const NestedNorm& norm, const Vec3& start, const Vec3& way) {
 int touch_inside_cylinder(const PlacedShape& body, double radius, ShapeContact* contacts) {
   const double off = std::hypot(body.centre.x(), body.centre.y()), bound = body.size * body.shape->bounding_radius;
   if (off + bound <= radius || off == 0) return 0;
-  const Vec3 r(body.centre.x() / off, body.centre.y() / off, 0), t(-r.y(), r.x(), 0);
-  const NestedNorm& support = body.shape->support;
-  const auto own = [&](const Vec3& n) { return triple(Vec3(body.axes.transpose() * n)); };
-  FarPlaces places;
-  if (!find_far_places({triple(support.scale), support.outer, support.inner, own(r), own(t), own(Vec3::UnitZ()), body.size, off, bound,
-                        body.size * body.shape->volume_radius}, radius, places)) return 0;
+  const double middle = std::atan2(body.centre.y(), body.centre.x());
+  // Beyond this angle the ball about the body does not reach the jacket.
+  const double cosine = (radius * radius + off * off - bound * bound) / (2 * radius * off);
+  const double window = std::acos(std::min(1.0, std::max(-1.0, cosine)));
+  // Between two places that are each farthest from the axis among those around them there is one no farther than the body's largest radius of
+  // curvature, so that an ellipsoid much smaller than the jacket has but one.
+  const Vec3 semi_axes = body.size * body.shape->semi_axes();
+  const double largest = semi_axes.maxCoeff();
+  const bool single = body.shape->gauge.round() && largest * largest < 0.5 * radius * semi_axes.minCoeff();
+  const int starts = single ? 3 : 5;
   int count = 0;
-  for (int k = 0; k < climbs && count < most_places; ++k) {
-    if (places.distance[k] < radius) continue;
-    const Vec3 place = body.centre + body.axes * (body.size * Vec3(places.x[k], places.y[k], places.z[k]));
-    if (std::any_of(contacts, contacts + count, [&](const ShapeContact& known) { return (known.on_first - place).norm() < 1e-3 * bound; })) continue;
-    ShapeContact& c = contacts[count++] = {};
+  for (int k = single ? 2 : 0; k < starts && count < most_places; ++k) {
+    // A body's edges lie in all directions of it; seen from the axis they lie within the window.
+    const Vec3 towards = Eigen::AngleAxisd((k - 2) * 0.25 * std::numbers::pi, Vec3::UnitZ()) * Vec3(std::cos(middle), std::sin(middle), 0);
+    const Reach first = reach(body, std::atan2(towards.y(), towards.x()));
+    const double angle = std::remainder(std::atan2(first.place.y(), first.place.x()) - middle, 2 * std::numbers::pi);
+    const Reach top = climb(body, reach(body, middle + std::min(window, std::max(-window, angle))));
+    if (top.value < radius) continue;
+    bool known = false;
+    for (int c = 0; c < count; ++c) known = known || (contacts[c].on_first - top.place).norm() < 1e-3 * bound;
+    if (known) continue;
+    ShapeContact& c = contacts[count++];
     c.touching = true;
-    c.normal = -(places.c[k] * r + places.s[k] * t);
-    c.overlap = places.distance[k] - radius;
-    c.on_first = place;
-    c.on_second = place + c.overlap * c.normal;
-    c.residual = std::abs(places.slope[k]);
-    Eigen::Matrix2d radii;
-    radii << places.along[k], places.across[k], places.across[k], places.rise[k];
-    c.radius_first = mean_radius(radii);
+    c.normal = -top.n;
+    c.overlap = top.value - radius;
+    c.on_first = top.place;
+    c.on_second = top.place + c.overlap * c.normal;
+    c.residual = std::abs(top.slope);
+    c.radius_first = radius_of(top);
   }
   return count;
 }

@@ -1,2 +1,0 @@
-#define QUERN_ISA portable
-#include "shapes/jacket_isa.inl"
