@@ -7,26 +7,9 @@ import tempfile
 import h5py
 import numpy as np
 
-CASE = """
-name = "small"
-duration = "20 ms"
-[material.steel]
-density = 7800
-young = "10 MPa"
-[pair.default]
-restitution = 0.5
-[species.ball]
-material = "steel"
-diameter = "20 mm"
-[mill]
-type = "tumbling"
-diameter = "0.2 m"
-length = "0.1 m"
-speed_fraction = 0.7
-[insert.charge]
-species = "ball"
-count = 40
-[output]
+from python_module import TEXT
+
+CASE = TEXT + """[output]
 frames = "5 ms"
 paraview = false
 pictures = false

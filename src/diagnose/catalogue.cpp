@@ -10,14 +10,6 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-// The median of numbers; 0 of none.
-double middle_of(std::vector<double> numbers) {
-  if (numbers.empty()) return 0;
-  const auto middle = numbers.begin() + static_cast<std::ptrdiff_t>(numbers.size() / 2);
-  std::nth_element(numbers.begin(), middle, numbers.end());
-  return *middle;
-}
-
 class Collector {
  public:
   Collector(const Comparison& comparison, const Fit& baseline, const Sizes& sizes) : experiment_(comparison.experiment()), baseline_(baseline), s_(sizes) {}

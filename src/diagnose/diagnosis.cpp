@@ -241,7 +241,7 @@ Diagnosis Investigation::finish() {
     e.key = p.name;
     const Key* key = find_key(p.path);
     e.unit = key != nullptr ? key->unit : "1";
-    if (d_.form.starts_with("a torque") && p.path.front() == "force") e.unit = "N m";
+    if (d_.learns_torque() && p.path.front() == "force") e.unit = "N m";
     e.value = d_.best.shared[k], e.deviation = d_.best.deviation(k);
     e.of_effect = k >= free_.size();
     if (!e.of_effect) e.nominal = p.value;
@@ -250,7 +250,7 @@ Diagnosis Investigation::finish() {
   std::stable_sort(d_.parameters.begin(), d_.parameters.end(), [](const Estimate& x, const Estimate& y) { return x.of_effect > y.of_effect; });
   if (d_.verdict == Verdict::omitted_physics)
     if (const EffectEntry* entry = find_effect(d_.effects.front())) d_.signature = entry->signature;
-  if (d_.verdict == Verdict::unexplained && !d_.form.empty()) d_.signature = (d_.form.starts_with("a torque") ? "" : "a force ") + d_.form;
+  if (d_.verdict == Verdict::unexplained && !d_.form.empty()) d_.signature = (d_.learns_torque() ? "" : "a force ") + d_.form;
   return std::move(d_);
 }
 

@@ -27,6 +27,8 @@ struct Diagnosis : Finding {
   // For pictures and the amended case.
   Fit baseline, best;                          // over the runs of training
   Fit sealed_baseline, sealed_best;
+  // What was learnt, where something was: a torque, or a force (catalogue.cpp).
+  bool learns_torque() const { return form.starts_with("a torque"); }
 };
 
 Diagnosis diagnose(const Experiment& experiment, ThreadTeam& team, const DiagnoseOptions& options);

@@ -43,12 +43,16 @@ double log_density(double u, double tail) {
   return std::lgamma(0.5 * (tail + 1)) - std::lgamma(0.5 * tail) - 0.5 * std::log(tail * std::numbers::pi) - 0.5 * (tail + 1) * std::log1p(u * u / tail);
 }
 
-double robust_deviation(std::vector<double> numbers) {
+double middle_of(std::vector<double> numbers) {
   if (numbers.empty()) return 0;
-  for (double& x : numbers) x = std::abs(x);
   const auto middle = numbers.begin() + static_cast<std::ptrdiff_t>(numbers.size() / 2);
   std::nth_element(numbers.begin(), middle, numbers.end());
-  return 1.4826 * *middle;
+  return *middle;
+}
+
+double robust_deviation(std::vector<double> numbers) {
+  for (double& x : numbers) x = std::abs(x);
+  return 1.4826 * middle_of(std::move(numbers));
 }
 
 }  // namespace quern

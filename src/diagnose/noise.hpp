@@ -37,6 +37,9 @@ void whiten(const Whitening& whitening, Eigen::Ref<Eigen::MatrixXd> columns);
 double log_density(double u, double tail);
 inline double weight_of(double u, double tail) { return tail > 1e6 ? 1.0 : (tail + 1) / (tail + u * u); }
 
+// The median of numbers, of an even count the upper one; 0 of none.
+double middle_of(std::vector<double> numbers);
+
 // The median of |x|, times 1.4826: the standard deviation of normal numbers, whatever a few wild ones are.
 double robust_deviation(std::vector<double> numbers);
 

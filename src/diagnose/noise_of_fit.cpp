@@ -23,10 +23,8 @@ double median_spacing(const Recording& recording, Channel channel) {
     for (const Series& series : run.series)
       if (series.channel == channel)
         for (std::size_t k = 1; k < series.t.size(); ++k) spacings.push_back(series.t[k] - series.t[k - 1]);
-  if (spacings.empty()) return 1;
-  const auto middle = spacings.begin() + static_cast<std::ptrdiff_t>(spacings.size() / 2);
-  std::nth_element(spacings.begin(), middle, spacings.end());
-  return *middle > 0 ? *middle : 1;
+  const double middle = middle_of(std::move(spacings));
+  return middle > 0 ? middle : 1;
 }
 
 // Whether a channel's samples follow one another at times far from even.
@@ -116,11 +114,13 @@ void Comparison::estimate_noise(Fit& fit, const FitOptions& options) const {
       const double q = quality(trial);
       if (q > best) best = q, best_phi = phi, own.by_sample = by_sample;
     };
-    if (own.correlation == 0 && !events)
+    if (own.correlation == 0 && !events) {
+      const bool uneven = is_uneven(recording, static_cast<Channel>(c), own.spacing);
       for (double phi : {0.15, 0.4, 0.65, 0.85, 0.95}) {
         look(phi, false);
-        if (is_uneven(recording, static_cast<Channel>(c), own.spacing)) look(phi, true);
+        if (uneven) look(phi, true);
       }
+    }
     for (double width : {0.3, 0.1, 0.03}) {
       if (events) break;
       const double centre = best_phi;

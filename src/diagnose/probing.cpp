@@ -94,12 +94,10 @@ void Investigation::add_waves(Channel channel, const Fit& fit, std::vector<Direc
     for (const Series& series : recording.runs[r].series)
       if (series.channel == channel) lengths.push_back(series.t.back() - series.t.front()), samples.push_back(static_cast<double>(series.t.size()));
   if (channel == Channel::impact || lengths.empty()) return;
-  std::nth_element(lengths.begin(), lengths.begin() + lengths.size() / 2, lengths.end());
-  std::nth_element(samples.begin(), samples.begin() + samples.size() / 2, samples.end());
-  const double length = lengths[lengths.size() / 2];
+  const double length = middle_of(std::move(lengths));
   // Slower ones are in the smooth courses; faster ones have less than five samples each.
   constexpr int slowest = 3, most = 24;
-  const int fastest = std::min(most, static_cast<int>(samples[samples.size() / 2] / 5));
+  const int fastest = std::min(most, static_cast<int>(middle_of(std::move(samples)) / 5));
   for (int periods = slowest; periods <= fastest && length > 0; ++periods) {
     Direction wave{fmt::format("{} periods of {}", periods, name_of(channel)), {{}, {}}, false, -1, 0};
     for (std::size_t place = 0; place < fit.runs.size(); ++place) {

@@ -357,7 +357,7 @@ std::optional<Chart> learnt_force(const Diagnosis& d) {
   if (curve.x.size() < 2) return std::nullopt;
   std::string name = *word;
   std::replace(name.begin(), name.end(), '_', ' ');
-  const bool torque = d.form.starts_with("a torque");
+  const bool torque = d.learns_torque();
   const Prefix x = prefix_for(largest_of(curve.x), found != units.end() ? found->second : name.size() == 2 ? "m/s" : "m"), y = prefix_for(largest_of(curve.y), torque ? "N m" : "N");
   for (double& value : curve.x) value *= x.factor;
   for (std::vector<double>* values : {&curve.y, &curve.lower, &curve.upper})
