@@ -147,8 +147,9 @@ class Collector {
       if (known(pair + "bridge_volume") && !given(pair + "bridge_volume")) {
         Candidate c;
         c.effect = "liquid_bridge";
-        const double tension = 0.02 * s_.force / (2 * pi * s_.radius);
-        c.parameters = {moving(pair + "surface_tension", 1e-12, 1e-12, s_.force / (2 * pi * s_.radius), tension),
+        constexpr double any_liquid = 1;  // twice mercury's [N/m]
+        const double strongest_tension = std::min(any_liquid, s_.force / (2 * pi * s_.radius)), tension = std::min(0.2 * any_liquid, 0.02 * s_.force / (2 * pi * s_.radius));
+        c.parameters = {moving(pair + "surface_tension", 1e-12, 1e-12, strongest_tension, tension),
                         moving(pair + "bridge_volume", 1e-3 * cube, 1e-7 * cube, 0.3 * cube, 1e-3 * cube)};
         c.probes = {{tension, 1e-3 * cube}, {5 * tension, 1e-3 * cube}, {tension, 3e-2 * cube}, {0.03 * tension, 3e-3 * cube}};
         found_.push_back(c);

@@ -54,6 +54,7 @@ bool Comparison::predict(std::size_t run, const Alteration& altered, const std::
   for (std::size_t s = 0; s < predicted.size(); ++s)
     for (std::size_t k = 0; k < predicted[s].size(); ++k) rest[row++] = recorded.series[s].value[k] - predicted[s][k];
   if (!errors_.empty()) rest -= errors_[run];
+  if (!trembling_.empty() && trembling_[run].size() == rest.size()) rest -= trembling_[run];
   return rest.allFinite();
 }
 

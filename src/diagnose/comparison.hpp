@@ -56,13 +56,18 @@ inline constexpr std::size_t few_samples = 30;  // of all runs: they tell a devi
 
 class Comparison {
  public:
-  Comparison(const Experiment& experiment, ThreadTeam& team) : experiment_(&experiment), recording_(&experiment.recording()), team_(&team) {}
+  Comparison(const Experiment& experiment, ThreadTeam& team) : experiment_(&experiment), recording_(experiment.recording()), team_(&team) {}
   const Experiment& experiment() const { return *experiment_; }
+  const Recording& recording() const { return recording_; }
   ThreadTeam& team() const { return *team_; }
 
   // What is added to all predictions of each run of the recording: the error of finite steps. Empty: nothing.
   void correct(std::vector<Eigen::VectorXd> errors) { errors_ = std::move(errors); }
   const std::vector<Eigen::VectorXd>& corrections() const { return errors_; }
+
+  // From now on: how fast the signals of a fit's runs change at their samples, by which the clock's trembling shows, is as the fit has it, and so is what
+  // trembling adds to their means, where a bounce bends them.
+  void learn_trembling(const Fit& fit);
 
   // The most likely values of the moved parameters, within their bounds, and of each run's unknowns, by Levenberg–Marquardt on the
   // likelihood of the noise, whose parameters follow from the restricted likelihood (Patterson & Thompson 1971): what estimates take away from the
@@ -108,12 +113,11 @@ class Comparison {
   bool bring_back(Fit& fit) const;
   double restricted(const Fit& fit, const Noise& noise, std::size_t common) const;
 
-  const Recording& recording() const { return *recording_; }
-
   const Experiment* experiment_;
-  const Recording* recording_;  // of the experiment, or a part of its samples
+  Recording recording_;  // of the experiment, or a part of its samples
   ThreadTeam* team_;
   std::vector<Eigen::VectorXd> errors_;
+  std::vector<Eigen::VectorXd> trembling_;  // what it adds to the mean of each sample; by run, empty where it is not known
 };
 
 }  // namespace quern

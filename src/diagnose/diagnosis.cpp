@@ -95,9 +95,15 @@ void Investigation::calibrate() {
   const bool again = d_.baseline.sound;  // with another step
   options.by_horizon = !again && experiment_.has_wall() && experiment_.recording().kind != RecordingKind::contact;
   const Fit before = d_.baseline;
+  if (again) comparison_.learn_trembling(before);
   d_.baseline = comparison_.fit(free_, {}, train_, again ? &before : nullptr, options);
   note("calibrated", d_.baseline);
   if (!d_.baseline.sound) start_elsewhere();
+  if (!again && d_.baseline.sound) {
+    comparison_.learn_trembling(d_.baseline);
+    d_.baseline = comparison_.fit(free_, {}, train_, &d_.baseline, options_of());
+    note("calibrated, the rates of the signals being known", d_.baseline);
+  }
   if (!d_.baseline.sound) throw RunError("the case cannot be simulated for these recordings: every start of the calibration failed. `quern run` of the case tells why.");
   d_.best = d_.baseline;
 }
@@ -223,6 +229,7 @@ Diagnosis Investigation::finish() {
   const Noise& noise = d_.best.noise;
   d_.train = {comparison_.misfit(b, noise), comparison_.misfit(d_.best, noise)};
   if (!split_.sealed.empty()) {
+    comparison_.learn_trembling(comparison_.carry_over(b, split_.sealed));
     d_.sealed_baseline = comparison_.carry_over(b, split_.sealed);
     d_.sealed_best = d_.verdict == Verdict::omitted_physics || d_.verdict == Verdict::unexplained ? comparison_.carry_over(d_.best, split_.sealed) : d_.sealed_baseline;
     if (d_.sealed_baseline.sound && d_.sealed_best.sound) {

@@ -396,7 +396,7 @@ bool Experiment::go(std::size_t r, const Case& c, double until, Watcher&& watch)
   return now.time >= until;
 }
 
-Experiment::Prediction Experiment::predict(std::size_t r, const Alteration& altered, const std::vector<double>& unknowns, double part) const {
+Experiment::Prediction Experiment::predict(std::size_t r, const Alteration& altered, const std::vector<double>& unknowns, double part, double late) const {
   const RecordedRun& run = recording_->runs[r];
   Prediction result;
   const double end = part >= 1 ? no_bound : run.first_time() + part * (run.last_time() - run.first_time());
@@ -405,6 +405,7 @@ Experiment::Prediction Experiment::predict(std::size_t r, const Alteration& alte
   Case c;
   try {
     c = case_for(r, altered, unknowns);
+    c.instrument.clock_shift += late;
     const double start = prepared_[r].start;
     if (recording_->kind == RecordingKind::impacts) {
       const Series& series = run.series.front();

@@ -107,8 +107,8 @@ class Experiment {
 
   // What the recording of that run would have shown, series by series; NaN where the simulation fails.
   using Prediction = std::vector<std::vector<double>>;
-  // `part` of the run's duration is simulated; the rest is told as it was recorded.
-  Prediction predict(std::size_t run, const Alteration& altered, const std::vector<double>& unknowns, double part = 1) const;
+  // `part` of the run's duration is simulated; the rest is told as it was recorded. `late`: all clocks are so much later still [s].
+  Prediction predict(std::size_t run, const Alteration& altered, const std::vector<double>& unknowns, double part = 1, double late = 0) const;
 
   // State of the body at each sample of the trajectory's union of times, for those who look for what a mismatch depends on.
   struct Point {

@@ -40,7 +40,7 @@ bool is_uneven(const Recording& recording, Channel channel, double spacing) {
 }  // namespace
 
 void Comparison::estimate_noise(Fit& fit, const FitOptions& options) const {
-  const Recording& recording = *recording_;
+  const Recording& recording = recording_;
   // How many samples each estimated number takes away: shared out by the channels' samples.
   const auto shared_columns = static_cast<std::size_t>(fit.linear.front().shared.cols());
   double estimated = static_cast<double>(shared_columns);
@@ -265,9 +265,8 @@ Noise Comparison::settled_noise(const Fit& fit, const std::vector<std::vector<Ve
   Fit wide;
   wide.moved = fit.moved, wide.runs = fit.runs, wide.noise = fit.noise, wide.linear = fit.linear, wide.samples = 0;
   std::size_t unknowns = fit.moved.size();
-  Recording fewer = recording();  // without the samples about the contacts of a bouncing body
   Comparison left_over = *this;
-  left_over.recording_ = &fewer;
+  Recording& fewer = left_over.recording_;  // without the samples about the contacts of a bouncing body
   std::vector<std::vector<VectorXd>> columns = all_columns;
   for (std::size_t r = 0; r < fit.runs.size(); ++r) {
     RunLinear& linear = wide.linear[r];

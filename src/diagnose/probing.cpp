@@ -226,6 +226,7 @@ void Investigation::judge_baseline() {
   for (Direction& direction : directions_) soften(direction);
   probe_nearer();
   d_.baseline.noise = noise_about(d_.baseline, directions_);
+  comparison_.learn_trembling(d_.baseline);
   d_.baseline = d_.best = comparison_.fit(free_, {}, train_, &d_.baseline, noise_given());
   note("calibrated, under that noise", d_.baseline);
   Residuals residuals(comparison_, d_.baseline, numerical_);

@@ -84,7 +84,7 @@ Residuals::Residuals(const Comparison& comparison, const Fit& fit, const std::ve
   degrees_left_ = std::max(1.0, static_cast<double>(rows - taken - shared_.cols()));
   double told = 0;
   for (const std::size_t run : fit.runs)
-    for (const Series& series : comparison.experiment().recording().runs[run].series) {
+    for (const Series& series : comparison.recording().runs[run].series) {
       const double tail = fit.noise[static_cast<std::size_t>(series.channel)].tail;
       told += static_cast<double>(series.value.size()) * clipped_variance(tail);
     }
@@ -165,7 +165,7 @@ double Residuals::coherence(const Direction& a, const Direction& b) const {
 
 double Residuals::family_p(std::uint64_t seed, int repetitions) const {
   if (bases_.empty()) return 1;
-  const Recording& recording = comparison_->experiment().recording();
+  const Recording& recording = comparison_->recording();
   std::array<double, channel_count> count{};
   for (const std::size_t run : fit_->runs)
     for (const Series& series : recording.runs[run].series) count[static_cast<std::size_t>(series.channel)] += static_cast<double>(series.value.size());

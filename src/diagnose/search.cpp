@@ -60,6 +60,9 @@ void Investigation::settle_noise() {
   const Noise noise = noise_about(best->fit, directions_about(best->fit, best->effects));
   if (change_between(noise, d_.baseline.noise) < 0.03) return;
   d_.baseline.noise = noise;
+  Fit about = best->fit;
+  about.noise = noise;
+  comparison_.learn_trembling(about);
   d_.baseline = comparison_.fit(free_, {}, train_, &d_.baseline, noise_given());
   fit_again("under the noise about the best explanation");
 }
@@ -87,19 +90,28 @@ void Investigation::fit_again(const std::string& why) {
 
 std::vector<std::vector<double>> Investigation::starts_of(const Candidate& c, const std::vector<Direction>& directions, const std::vector<Score>& scores) const {
   std::vector<std::vector<double>> starts;
-  std::size_t best = directions.size();
-  for (std::size_t k = 0; k < directions.size(); ++k) {
+  const std::size_t none = directions.size();
+  // The probe that the residual asks for most, and the one that agrees best with the strength that it is asked for in: there the response is straight.
+  std::size_t best = none, straight = none;
+  const auto bend = [&](std::size_t k) { return scores[k].amplitude > 0 ? std::abs(std::log(scores[k].amplitude)) : 1e300; };
+  for (std::size_t k = 0; k < none; ++k) {
     if (&candidates_[static_cast<std::size_t>(directions[k].candidate)] != &c) continue;
-    if (best == directions.size() || scores[k].statistic > scores[best].statistic) best = k;
+    if (best == none || scores[k].statistic > scores[best].statistic) best = k;
+    if (straight == none || bend(k) < bend(straight)) straight = k;
   }
-  if (best < directions.size()) {
-    std::vector<double> at = c.probes[directions[best].probe];
-    const Parameter& p = c.parameters[0];
-    const double asked = p.value + scores[best].amplitude * (at[0] - p.value);
+  if (best == none) return starts;
+  const Parameter& p = c.parameters[0];
+  const auto add = [&](std::size_t k, double part) {
+    std::vector<double> at = c.probes[directions[k].probe];
+    at[0] = std::clamp(p.value + part * (at[0] - p.value), p.lower + 1e-6 * p.scale, p.upper - 1e-6 * p.scale);
     starts.push_back(at);
-    at[0] = std::clamp(asked, p.lower + 1e-6 * p.scale, p.upper - 1e-6 * p.scale);
-    starts.insert(starts.begin(), at);
-  }
+  };
+  constexpr double much = 1.4;  // a factor four
+  const double amplitude = scores[best].amplitude;
+  add(best, amplitude);
+  if (bend(best) > much && straight != best && bend(straight) < bend(best)) add(straight, scores[straight].amplitude);
+  if (bend(best) > much && amplitude > 0) add(best, std::sqrt(amplitude));
+  starts.push_back(c.probes[directions[best].probe]);
   return starts;
 }
 

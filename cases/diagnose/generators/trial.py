@@ -59,8 +59,8 @@ class Frame:
             variants.append({"init": {comp: step}})
         sims = e.simulate(variants)
         self.base = e.plain = sims[0]
-        self.slopes = [[np.abs(np.gradient(s[c], np.maximum(e.times[r], -1e9))) if noise.jitter else np.zeros(s.shape[1])
-                        for c in range(len(e.channels))] for r, s in enumerate(self.base)]
+        self.slopes = [[either_side(s[c], e.times[r]) if noise.jitter else np.zeros(s.shape[1]) for c in range(len(e.channels))]
+                       for r, s in enumerate(self.base)]
         self.offsets = np.cumsum([0] + [s.size for s in self.base])
         self.labels = [(name, r) for name, step in self.columns for r in (range(e.n) if name in e.init else [None])]
         design = self.sensitivities(sims)
@@ -397,7 +397,8 @@ def build(seed):
             continue
     else:
         raise RuntimeError(f"seed {seed}: nothing drawn")
-    values = [np.array([noise.spoil(rng, jittered(rng, e, noise, s[c], r), channel) for c, channel in enumerate(e.channels)]) for r, s in enumerate(sim)]
+    shown = jittered(rng, e, noise, chosen, None if category == "two" or not chosen else chosen[0][0].hooks) if noise.jitter else sim
+    values = [np.array([noise.spoil(rng, s[c], channel) for c, channel in enumerate(e.channels)]) for s in shown]
     held = np.zeros(e.n, int)
     if e.held_out_given:
         held[rng.permutation(e.n)[:max(1, e.n // 4)]] = 1
@@ -439,9 +440,16 @@ def young(e, key, value):
     return value * (1 - e.poisson**2) if key == "material.ball.young" else value
 
 
-def jittered(rng, e, noise, signal, run):
-    """The signal at instants that are off by the clock's jitter, while the recording tells the nominal ones."""
-    if not noise.jitter:
-        return signal
-    t = np.asarray(e.times[run], float)
-    return np.interp(t + noise.jitter * rng.standard_normal(len(t)), t, signal)
+def jittered(rng, e, noise, chosen, hooks):
+    """What shows at instants that are off by the clock's jitter, while the recording tells the nominal ones."""
+    nominal = e.times
+    e.times = [np.clip(t + noise.jitter * rng.standard_normal(len(t)), t[0], t[-1]) for t in nominal]
+    shown = e.simulate([variant_of(chosen)], hooks=hooks)[0]
+    e.times = nominal
+    return shown
+
+
+def either_side(signal, times):
+    """Root mean square of the slopes before and after each sample: at a bounce they differ."""
+    slope = np.diff(signal) / np.maximum(np.diff(times), 1e-12)
+    return np.sqrt(0.5 * (np.r_[slope[:1], slope] ** 2 + np.r_[slope, slope[-1:]] ** 2))
