@@ -288,7 +288,7 @@ TEST_CASE("noise that follows itself and has tails is recovered, with gaps too",
   for (int r = 0; r < 6; ++r) {
     RecordedRun run;
     run.label = std::to_string(r), run.where = "here";
-    run.series = {Series{Channel::z, {}, {}, {}, {}}};
+    run.series = {Series{Channel::z, {}, {}, {}, {}, {}}};
     double e = sigma * student(random);
     for (int k = 0; k < 250; ++k) {
       const double t = spacing * k;

@@ -81,6 +81,56 @@ TEST_CASE("a trembling clock lifts a bounce by the mean speed about it, and show
   CHECK(rates[2] == Approx(speed * std::sqrt(0.5 * (1 + restitution * restitution))).epsilon(0.1));
 }
 
+TEST_CASE("a sample at the instant of first touch may show the dashpot's force or none yet", "[diagnose][trembling]") {
+  // A linear contact, x = v/ω_d exp(−β ω t) sin ω_d t, F = k x + c dx/dt: at first touch F leaps by c v, twenty times the noise.
+  constexpr double mass = 4.0e-3, stiffness = 1e5, kept = 0.6;
+  const double log_kept = std::log(kept), beta = -log_kept / std::hypot(log_kept, M_PI), omega = std::sqrt(stiffness / mass), damped = omega * std::sqrt(1 - beta * beta);
+  const std::string hitting = R"(
+duration = 1e-3
+time_step.value = 2e-6
+gravity = [0, 0, 0]
+[material.steel]
+density = 7800
+[pair.default]
+law = "linear"
+normal_stiffness = 1e5
+restitution = 0.6
+[species.ball]
+material = "steel"
+diameter = 0.01
+[wall.plate]
+type = "plane"
+material = "steel"
+[insert.one]
+species = "ball"
+positions = [[0, 0, 0.005]]
+velocity = [0, 0, -1]
+[diagnose]
+initial_state = "case"
+free = ["pair.default.restitution", "pair.default.normal_stiffness"]
+)";
+  for (const bool yet : {true, false}) {
+    std::string text = "run,t [s],force [N],mass [kg],diameter [m],impact_speed [m/s]\n";
+    RandomStream random(7);
+    for (int run = 0; run < 6; ++run) {
+      const double speed = 0.5 + 0.1 * run, damping = 2 * beta * mass * omega, noise = 0.05 * damping;
+      for (int k = -5; k < 40; ++k) {
+        const double t = 1e-5 * k, swing = speed / damped * std::exp(-beta * omega * t), x = swing * std::sin(damped * t), rate = swing * damped * std::cos(damped * t) - beta * omega * x;
+        const double force = k > 0 || (k == 0 && yet) ? stiffness * x + damping * rate : 0;
+        text += fmt::format("{},{:.9g},{:.9g},{},0.01,{}\n", run, t, force + noise * random.normal(), mass, speed);
+      }
+    }
+    const Folder folder("trembling");
+    const Recording recording = read_recordings({folder.write("r.csv", text)});
+    const Experiment experiment(read_values(folder.write("case.toml", hitting), {}), recording);
+    ThreadTeam team(1);
+    const Diagnosis d = diagnose(experiment, team, {});
+    INFO("shown at once: " << yet);
+    CHECK(d.effects.empty());
+    CHECK(d.adequacy_p > 0.05);
+  }
+}
+
 TEST_CASE("nothing is missing where bounces are recorded by a clock that trembles", "[diagnose][trembling]") {
   for (const std::uint64_t seed : {1, 2, 3}) {
     std::string text = "run,t [s],z [m],drop_height [m]\n";

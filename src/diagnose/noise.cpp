@@ -16,7 +16,8 @@ Whitening whitening_of(const Series& series, const ChannelNoise& noise) {
     const double own = series.deviation.empty() ? 1 : series.deviation[k];
     const double phi = i == 0 || rate <= 0 ? 0 : noise.by_sample ? noise.correlation : std::min(0.999, std::exp(-rate * (series.t[k] - series.t[k - 1])));
     const double trembling = noise.jitter > 0 ? noise.jitter * series.rate[k] / own : 0;
-    const double slow = phi * phi * known + (1 - phi * phi) * (1 - white), sum = slow + white + trembling * trembling;
+    const double leap = series.leap.empty() || !(variance > 0) ? 0 : series.leap[k] * series.leap[k] / (own * own * variance);
+    const double slow = phi * phi * known + (1 - phi * phi) * (1 - white), sum = slow + white + trembling * trembling + leap;
     const double before = i > 0 && !series.deviation.empty() ? series.deviation[k - 1] : own;
     w.carried[i] = phi * own / before;
     w.gain[i] = slow / sum;

@@ -285,12 +285,13 @@ Noise Comparison::settled_noise(const Fit& fit, const std::vector<std::vector<Ve
     std::size_t row = 0;
     for (Series& series : fewer.runs[fit.runs[r]].series) {
       Series some = series;
-      some.t.clear(), some.value.clear(), some.deviation.clear(), some.rate.clear();
+      some.t.clear(), some.value.clear(), some.deviation.clear(), some.rate.clear(), some.leap.clear();
       for (std::size_t k = 0; k < series.value.size(); ++k, ++row) {
         if (!pieces.kept[row]) continue;
         some.t.push_back(series.t[k]), some.value.push_back(series.value[k]);
         if (!series.deviation.empty()) some.deviation.push_back(series.deviation[k]);
         if (!series.rate.empty()) some.rate.push_back(series.rate[k]);
+        if (!series.leap.empty()) some.leap.push_back(series.leap[k]);
       }
       series = some;
     }

@@ -180,7 +180,7 @@ class Reader {
   void add_series(Channel channel, const std::vector<std::size_t>& rows, const std::vector<double>& times, RecordedRun& run) const {
     const auto c = static_cast<std::size_t>(channel);
     if (channels_[c].index < 0) return;
-    Series series{channel, {}, {}, {}, {}};
+    Series series{channel, {}, {}, {}, {}, {}};
     for (const std::size_t row : rows) {
       const std::optional<double> value = number(row, channels_[c]);
       if (!value) continue;
@@ -200,7 +200,7 @@ class Reader {
 
   void add_impacts(const std::vector<std::size_t>& rows, const std::vector<double>& times, RecordedRun& run) const {
     const auto c = static_cast<std::size_t>(Channel::impact);
-    Series series{Channel::impact, {}, {}, {}, {}};
+    Series series{Channel::impact, {}, {}, {}, {}, {}};
     for (const std::size_t row : rows) {
       const std::optional<double> count = number(row, channels_[c]);
       if (!count || *count < 1 || *count != std::floor(*count)) table_.refuse(row, channels_[c].index, "allowed is the number of the impact: 1, 2, 3 …");
@@ -216,7 +216,7 @@ class Reader {
   void add_spin(const std::vector<std::size_t>& rows, const std::vector<double>& times, RecordedRun& run, Recording& recording) const {
     for (const Column& column : quaternion_)
       if (column.index < 0) fail("found some of qw, qx, qy, qz; allowed are all four or none");
-    std::array<Series, 3> spin = {Series{Channel::wx, {}, {}, {}, {}}, Series{Channel::wy, {}, {}, {}, {}}, Series{Channel::wz, {}, {}, {}, {}}};
+    std::array<Series, 3> spin = {Series{Channel::wx, {}, {}, {}, {}, {}}, Series{Channel::wy, {}, {}, {}, {}, {}}, Series{Channel::wz, {}, {}, {}, {}, {}}};
     std::optional<Rotation> before;
     double time_before = 0;
     for (const std::size_t row : rows) {

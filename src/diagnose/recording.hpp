@@ -27,6 +27,7 @@ struct Series {
   std::vector<double> t, value;
   std::vector<double> deviation;  // standard deviation of each value; empty: unknown
   std::vector<double> rate;       // of change about each value: what a clock that trembles turns into noise
+  std::vector<double> leap;       // by half of which each value may be on either side of a leap; empty: none is known
 };
 
 struct RecordedRun {

@@ -14,26 +14,29 @@ void Comparison::learn_trembling(const Fit& fit) {
   team_->run(static_cast<int>(fit.runs.size()), [&](int place) {
     const std::size_t run = fit.runs[static_cast<std::size_t>(place)];
     RecordedRun& recorded = recording_.runs[run];
-    constexpr double little = 0.05;  // of the time between samples
+    // A sample at the very instant of a leap (a dashpot's force at first touch) may show either side.
+    constexpr double exact = 1e-3;  // of the time between samples: no clock is told better
     std::size_t most = 2;
     for (const Series& series : recorded.series) most = std::max(most, series.value.size());
-    const double step = trembling > 0 ? trembling : little * (recorded.last_time() - recorded.first_time()) / static_cast<double>(most - 1);
+    const double step = std::max(trembling, exact * (recorded.last_time() - recorded.first_time()) / static_cast<double>(most - 1));
     if (!(step > 0)) return;
-    const Experiment::Prediction at = experiment_->predict(run, altered, fit.unknowns[run]), before = experiment_->predict(run, altered, fit.unknowns[run], 1, step),
-                                 after = experiment_->predict(run, altered, fit.unknowns[run], 1, -step);
+    const auto seen = [&](double late) { return experiment_->predict(run, altered, fit.unknowns[run], 1, late); };
+    const Experiment::Prediction at = seen(0), before = seen(step), after = seen(-step);
     Eigen::VectorXd added(fit.linear[static_cast<std::size_t>(place)].rest.size());
-    std::vector<std::vector<double>> rates;
+    std::vector<std::vector<double>> rates, leaps;
     Eigen::Index row = 0;
     for (std::size_t s = 0; s < at.size(); ++s) {
-      rates.emplace_back();
+      rates.emplace_back(), leaps.emplace_back();
       for (std::size_t k = 0; k < at[s].size(); ++k) {
-        rates.back().push_back(std::hypot(at[s][k] - before[s][k], after[s][k] - at[s][k]) / (std::sqrt(2.0) * step));
-        // Half of all samples come a standard deviation early, half as late.
-        added[row++] = trembling > 0 ? 0.5 * (before[s][k] + after[s][k]) - at[s][k] : 0;
-        if (!std::isfinite(rates.back().back())) return;
+        const double change = std::hypot(at[s][k] - before[s][k], after[s][k] - at[s][k]) / std::sqrt(2.0);
+        rates.back().push_back(change / step);
+        leaps.back().push_back(trembling > 0 ? 0 : 0.5 * std::abs(after[s][k] - before[s][k]));
+        // Half of all samples come so much early, half as late.
+        added[row++] = 0.5 * (before[s][k] + after[s][k]) - at[s][k];
+        if (!std::isfinite(change)) return;
       }
     }
-    for (std::size_t s = 0; s < at.size(); ++s) recorded.series[s].rate = rates[s];
+    for (std::size_t s = 0; s < at.size(); ++s) recorded.series[s].rate = rates[s], recorded.series[s].leap = leaps[s];
     trembling_[run] = added;
   });
 }
