@@ -110,6 +110,9 @@ class Comparison {
     std::vector<bool> kept;
   };
   Pieces pieces_of(const Fit& fit, std::size_t place) const;
+  // A force leaps at first touch, by what its dashpot does at once: a sample within a step of that may show either side.
+  template <class Seen>
+  void find_leaps(std::size_t run, const Fit& fit, const Experiment::Prediction& at, Seen&& seen, Eigen::VectorXd& added);
   bool bring_back(Fit& fit) const;
   double restricted(const Fit& fit, const Noise& noise, std::size_t common) const;
 

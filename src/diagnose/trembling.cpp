@@ -5,6 +5,25 @@
 
 namespace quern {
 
+template <class Seen>
+void Comparison::find_leaps(std::size_t run, const Fit& fit, const Experiment::Prediction& at, Seen&& seen, Eigen::VectorXd& added) {
+  constexpr double flat = 0.2;  // beside the other side
+  const double step = experiment_->steps[run].time_step;
+  const Experiment::Prediction before = seen(step), after = seen(-step);
+  Eigen::Index row = 0;
+  for (std::size_t s = 0; s < at.size(); ++s) {
+    Series& series = recording_.runs[run].series[s];
+    series.leap.assign(at[s].size(), 0.0);
+    for (std::size_t k = 0; k < at[s].size(); ++k, ++row) {
+      const double one = std::abs(at[s][k] - before[s][k]), other = std::abs(after[s][k] - at[s][k]), leap = 0.5 * std::max(one, other);
+      const double deviation = fit.noise[static_cast<std::size_t>(series.channel)].deviation * (series.deviation.empty() ? 1 : series.deviation[k]);
+      if (series.channel != Channel::force || !(std::min(one, other) < flat * std::max(one, other)) || !(leap > deviation)) continue;
+      series.leap[k] = leap;
+      added[row] = 0.5 * (before[s][k] + after[s][k]) - at[s][k];
+    }
+  }
+}
+
 void Comparison::learn_trembling(const Fit& fit) {
   if (recording_.kind == RecordingKind::impacts) return;
   double trembling = 0;  // standard deviation of the clock [s]
@@ -14,29 +33,27 @@ void Comparison::learn_trembling(const Fit& fit) {
   team_->run(static_cast<int>(fit.runs.size()), [&](int place) {
     const std::size_t run = fit.runs[static_cast<std::size_t>(place)];
     RecordedRun& recorded = recording_.runs[run];
-    // A sample at the very instant of a leap (a dashpot's force at first touch) may show either side.
-    constexpr double exact = 1e-3;  // of the time between samples: no clock is told better
+    constexpr double little = 1e-3;  // of the time between samples
     std::size_t most = 2;
     for (const Series& series : recorded.series) most = std::max(most, series.value.size());
-    const double step = std::max(trembling, exact * (recorded.last_time() - recorded.first_time()) / static_cast<double>(most - 1));
+    const double step = std::max(trembling, little * (recorded.last_time() - recorded.first_time()) / static_cast<double>(most - 1));
     if (!(step > 0)) return;
     const auto seen = [&](double late) { return experiment_->predict(run, altered, fit.unknowns[run], 1, late); };
     const Experiment::Prediction at = seen(0), before = seen(step), after = seen(-step);
-    Eigen::VectorXd added(fit.linear[static_cast<std::size_t>(place)].rest.size());
-    std::vector<std::vector<double>> rates, leaps;
+    Eigen::VectorXd added = Eigen::VectorXd::Zero(fit.linear[static_cast<std::size_t>(place)].rest.size());
+    std::vector<std::vector<double>> rates;
     Eigen::Index row = 0;
     for (std::size_t s = 0; s < at.size(); ++s) {
-      rates.emplace_back(), leaps.emplace_back();
-      for (std::size_t k = 0; k < at[s].size(); ++k) {
-        const double change = std::hypot(at[s][k] - before[s][k], after[s][k] - at[s][k]) / std::sqrt(2.0);
-        rates.back().push_back(change / step);
-        leaps.back().push_back(trembling > 0 ? 0 : 0.5 * std::abs(after[s][k] - before[s][k]));
-        // Half of all samples come so much early, half as late.
-        added[row++] = 0.5 * (before[s][k] + after[s][k]) - at[s][k];
-        if (!std::isfinite(change)) return;
+      rates.emplace_back();
+      for (std::size_t k = 0; k < at[s].size(); ++k, ++row) {
+        rates.back().push_back(std::hypot(at[s][k] - before[s][k], after[s][k] - at[s][k]) / (std::sqrt(2.0) * step));
+        // Half of all samples come a standard deviation early, half as late.
+        if (trembling > 0) added[row] = 0.5 * (before[s][k] + after[s][k]) - at[s][k];
+        if (!std::isfinite(rates.back().back())) return;
       }
     }
-    for (std::size_t s = 0; s < at.size(); ++s) recorded.series[s].rate = rates[s], recorded.series[s].leap = leaps[s];
+    for (std::size_t s = 0; s < at.size(); ++s) recorded.series[s].rate = rates[s];
+    if (!(trembling > 0)) find_leaps(run, fit, at, seen, added);
     trembling_[run] = added;
   });
 }
