@@ -65,6 +65,7 @@ TEST_CASE("a trembling clock lifts a bounce by the mean speed about it, and show
   start.noise[static_cast<std::size_t>(Channel::z)].deviation = 1e-3;
   start.noise[static_cast<std::size_t>(Channel::z)].jitter = trembling / 1e-3;
   const Fit steady = comparison.fit({}, {}, {0}, &start, given);
+  comparison.learn_trembling(steady);  // rates first
   comparison.learn_trembling(steady);
   const Fit shaken = comparison.fit({}, {}, {0}, &steady, given);
   const Eigen::VectorXd lifted = steady.linear[0].rest - shaken.linear[0].rest;

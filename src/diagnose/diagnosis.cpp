@@ -99,7 +99,8 @@ void Investigation::calibrate() {
   d_.baseline = comparison_.fit(free_, {}, train_, again ? &before : nullptr, options);
   note("calibrated", d_.baseline);
   if (!d_.baseline.sound) start_elsewhere();
-  if (!again && d_.baseline.sound) {
+  const auto trembles = [&] { return std::any_of(d_.baseline.noise.begin(), d_.baseline.noise.end(), [](const ChannelNoise& one) { return one.jitter > 0; }); };
+  for (int turn = 0; !again && turn < 2 && d_.baseline.sound && (turn == 0 || trembles()); ++turn) {
     comparison_.learn_trembling(d_.baseline);
     d_.baseline = comparison_.fit(free_, {}, train_, &d_.baseline, options_of());
     note("calibrated, the rates of the signals being known", d_.baseline);

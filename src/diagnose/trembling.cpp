@@ -26,8 +26,11 @@ void Comparison::find_leaps(std::size_t run, const Fit& fit, const Experiment::P
 
 void Comparison::learn_trembling(const Fit& fit) {
   if (recording_.kind == RecordingKind::impacts) return;
-  double trembling = 0;  // standard deviation of the clock [s]
-  for (const std::size_t c : channels_of(recording_)) trembling = std::max(trembling, fit.noise[c].jitter * fit.noise[c].deviation);
+  // Standard deviation of the clock [s]: less than the time between samples, or they would be out of order. What was thought of it before rates were known is nothing.
+  double trembling = 0;
+  constexpr double in_order = 0.3;
+  if (!trembling_.empty())
+    for (const std::size_t c : channels_of(recording_)) trembling = std::max(trembling, std::min(fit.noise[c].jitter * fit.noise[c].deviation, in_order * fit.noise[c].spacing));
   const Alteration altered = alteration_of(fit);
   trembling_.resize(experiment_->runs());
   team_->run(static_cast<int>(fit.runs.size()), [&](int place) {
