@@ -254,8 +254,6 @@ InsertCase read_insert(const Values& v, const std::string& name, const Case& c, 
                                 {cell("vx", insert.velocity.x()), cell("vy", insert.velocity.y()), cell("vz", insert.velocity.z())},
                                 {cell("wx", insert.spin.x()), cell("wy", insert.spin.y()), cell("wz", insert.spin.z())},
                                 cell("diameter", 0)});
-        if (table.find("diameter") && !insert.agglomerate && c.species[insert.species].shape)
-          v.refuse(t + ".file", fmt::format("found a column diameter in {}; a superquadric has the size of its semi_axes, allowed is no such column", file));
         if (table.find("diameter") && !(insert.balls.back().diameter > 0)) v.refuse(t + ".file", fmt::format("found the diameter {} in {}; allowed is more than 0 m", insert.balls.back().diameter, file));
       }
     }
@@ -383,8 +381,11 @@ Case case_of(const Values& v) {
     const std::string t = "species." + name;
     const std::uint8_t material = index_of(v, t + ".material", materials, "material");
     const std::optional<Superquadric> shape = read_shape(v, t);
+    SizeDistribution sizes = shape && !has_sizes(v, t) ? SizeDistribution::mono(2 * shape->bounding_radius) : read_sizes(v, t);
+    if (shape && has_sizes(v, t))
+      for (double& diameter : sizes.diameter) diameter = held_by(*shape, diameter);
     c.species.push_back({name, material, v.number_if(t + ".density").value_or(c.materials[material].density),
-                         shape ? SizeDistribution::mono(2 * shape->bounding_radius) : read_sizes(v, t), shape});
+                         sizes, shape});
   }
 
   read_agglomerates(v, c);

@@ -64,7 +64,7 @@ Portion portion_of(const Case& c, const InsertCase& insert, double reference_vol
   Portion portion{insert.species, species.density, species.sizes, insert.count, insert.mass, insert.filling};
   if (!species.shape) return portion;
   // Placed as the balls that hold them; their amount is that of the bodies themselves.
-  const double volume = species.shape->volume;
+  const double volume = species.shape->volume * species.sizes.mean_power(3) / std::pow(2 * species.shape->bounding_radius, 3);
   if (insert.mass > 0) portion.count = std::llround(insert.mass / (species.density * volume));
   if (insert.filling > 0) portion.count = std::llround(insert.filling * reference_volume * (1 - bulk_porosity) / volume);
   portion.mass = portion.filling = 0;
@@ -104,8 +104,8 @@ std::vector<std::pair<std::string, BodyReport>> insert_particles(const Case& c, 
         bodies.add(*insert.agglomerate, ball.position, rotation_by(insert.turn), ball.velocity, ball.spin);
         continue;
       }
-      if (c.species[insert.species].shape) {
-        add_shape(s, c, insert.species, ball.position, rotation_by(insert.turn), ball.velocity, ball.spin);
+      if (const auto& shape = c.species[insert.species].shape) {
+        add_shape(s, c, insert.species, ball.position, ball.diameter > 0 ? held_by(*shape, ball.diameter) : c.species[insert.species].sizes.sample(random), rotation_by(insert.turn), ball.velocity, ball.spin);
         continue;
       }
       const double diameter = ball.diameter > 0 ? ball.diameter : c.species[insert.species].sizes.sample(random);
@@ -148,7 +148,7 @@ std::vector<std::pair<std::string, BodyReport>> insert_particles(const Case& c, 
           const Vec3 velocity = first.velocity + disc.speed * disc.axis.cross(packing.position[i] - disc.centre), spin = first.spin + disc.speed * disc.axis;
           const InsertCase& insert = *contents[packing.species[i]];
           if (insert.agglomerate) bodies.add(*insert.agglomerate, packing.position[i], any_rotation(random), velocity, spin);
-          else if (c.species[insert.species].shape) add_shape(s, c, insert.species, packing.position[i], any_rotation(random), velocity, spin);
+          else if (c.species[insert.species].shape) add_shape(s, c, insert.species, packing.position[i], packing.diameter[i], any_rotation(random), velocity, spin);
           else add_ball(s, c, insert.species, packing.position[i], packing.diameter[i], velocity, spin);
         }
       } catch (const InputError& e) {

@@ -77,7 +77,7 @@ constexpr Key table[] = {
     {"species.<name>.material", name, "", "required", any, "", "Material of its particles", ""},
     {"species.<name>.density", number, "kg/m3", "", positive, "", "Density; default: of the material", ""},
     {"species.<name>.shape", word, "", "\"sphere\"", any, "sphere superquadric", "Shape of its particles", ""},
-    {"species.<name>.semi_axes", vector, "m", "", positive, "", "superquadric, which has these instead of a size distribution: a, b, c in (|x/a|^n2 + |y/b|^n2)^(n1/n2) + |z/c|^n1 = 1", "Barr 1981; Jaklič et al. 2000"},
+    {"species.<name>.semi_axes", vector, "m", "", positive, "", "superquadric: a, b, c in (|x/a|^n2 + |y/b|^n2)^(n1/n2) + |z/c|^n1 = 1; their proportions, where a size distribution tells the diameters of balls of the same volume", "Barr 1981; Jaklič et al. 2000"},
     {"species.<name>.exponents", numbers, "1", "[2, 2]", {2, 20}, "", "superquadric: n1, n2; 2, 2 is an ellipsoid, larger ones are boxier", "Barr 1981; Jaklič et al. 2000"},
     {"species.<name>.sizes", word, "", "", any, "mono list lognormal rosin_rammler table", "Kind of size distribution; default: told by the keys that are given", ""},
     {"species.<name>.diameter", number, "m", "", positive, "", "mono: diameter", ""},

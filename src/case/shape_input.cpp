@@ -17,8 +17,6 @@ std::optional<Superquadric> read_shape(const Values& v, const std::string& t) {
       v.refuse(t + ".exponents", "only a superquadric has others than 2, 2; allowed is shape = \"superquadric\" beside it");
     return std::nullopt;
   }
-  for (const char* key : {".sizes", ".diameter", ".diameters", ".counts", ".mass_fractions", ".median", ".sigma", ".weight", ".size", ".modulus", ".smallest", ".largest", ".table"})
-    if (v.has(t + key)) v.refuse(t + key, "a superquadric has the size of its semi_axes; allowed is shape = \"sphere\", or semi_axes alone");
   require(v, t, "semi_axes", "the shape superquadric");
   const std::vector<double> exponents = v.numbers(t + ".exponents");
   if (exponents.size() != 2) v.refuse(t + ".exponents", fmt::format("found {} numbers; allowed are two, n1 and n2", exponents.size()));
@@ -28,6 +26,13 @@ std::optional<Superquadric> read_shape(const Values& v, const std::string& t) {
     v.refuse(t + ".semi_axes", fmt::format("found a longest one {:.3g} times the shortest; allowed is up to {:g} times", axes.maxCoeff() / axes.minCoeff(), slimmest));
   return make_superquadric(axes, exponents[0], exponents[1]);
 }
+
+bool has_sizes(const Values& v, const std::string& t) {
+  constexpr const char* keys[] = {".sizes", ".diameter", ".diameters", ".median", ".modulus", ".table"};
+  return std::any_of(std::begin(keys), std::end(keys), [&](const char* key) { return v.has(t + key); });
+}
+
+double held_by(const Superquadric& shape, double diameter) { return diameter * shape.bounding_radius / shape.volume_radius; }
 
 void refuse_shaped_grains(const Values& v, const Case& c) {
   for (const AgglomerateCase& body : c.agglomerates) {
@@ -40,14 +45,14 @@ void refuse_shaped_grains(const Values& v, const Case& c) {
   }
 }
 
-void add_shape(Simulation& s, const Case& c, std::uint8_t species, const Vec3& centre, const Mat3& turn, const Vec3& velocity, const Vec3& spin) {
+void add_shape(Simulation& s, const Case& c, std::uint8_t species, const Vec3& centre, double holding_diameter, const Mat3& turn, const Vec3& velocity, const Vec3& spin) {
   const SpeciesCase& kind = c.species[species];
   if (s.shapes.empty()) s.shapes.push_back(make_superquadric({1, 1, 1}, 2, 2));
   auto known = std::find_if(s.shapes.begin() + 1, s.shapes.end(), [&](const Superquadric& shape) {
     return shape.semi_axes() == kind.shape->semi_axes() && shape.n1() == kind.shape->n1() && shape.n2() == kind.shape->n2();
   });
   if (known == s.shapes.end()) known = s.shapes.insert(s.shapes.end(), *kind.shape);
-  const Index row = s.particles.add_shape(triple(centre), *kind.shape, static_cast<std::uint8_t>(known - s.shapes.begin()), 1, kind.density, kind.material, species);
+  const Index row = s.particles.add_shape(triple(centre), *kind.shape, static_cast<std::uint8_t>(known - s.shapes.begin()), 0.5 * holding_diameter / known->bounding_radius, kind.density, kind.material, species);
   const Rotation q = Rotation(turn).normalized();
   s.particles.orientation[static_cast<std::size_t>(row)] = {q.x(), q.y(), q.z(), q.w()};
   set(s.particles.velocity[static_cast<std::size_t>(row)], velocity);

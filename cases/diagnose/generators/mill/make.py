@@ -24,7 +24,9 @@ MASS = geometry.DENSITY * np.pi / 6 * geometry.BALL**3
 
 HERTZ = "hertz tangential history"
 RECORDINGS = {  # name: what is hidden, seed of the first packing, time of the means [s]
-    "a1": ("nothing", 1, 8), "a2": ("nothing", 2, 5), "b1": ("rolling", 3, 5), "b2": ("rolling", 4, 5), "c1": ("cohesion", 5, 5), "d1": ("damping", 6, 5)}
+    "a1": ("nothing", 1, 8), "a2": ("nothing", 2, 5), "b1": ("rolling", 3, 5), "b2": ("rolling", 4, 5), "c1": ("cohesion", 5, 5), "d1": ("damping", 6, 5),
+    "e1": ("bearing", 7, 5)}
+BEARING = 0.17  # N m, at any speed: of the drive, no part of the simulation
 
 
 def pairs(name, value, kind="peratomtypepair 2"):
@@ -35,7 +37,7 @@ def pairs(name, value, kind="peratomtypepair 2"):
 def physics(hidden):
     """Models and the lines of their properties."""
     restitution = pairs("coefficientRestitution", contact.liggghts_restitution(0.6))
-    if hidden == "nothing":
+    if hidden in ("nothing", "bearing"):
         return HERTZ, restitution
     if hidden == "rolling":
         return HERTZ + " rolling_friction epsd2", restitution + pairs("coefficientRollingFriction", 0.1)
@@ -105,6 +107,8 @@ def main():
         rows = []
         for rpm in SPEEDS:
             rows.append([rpm, *simulate(options.out / "runs" / name / str(rpm), hidden, seed, steady, rpm)])
+            if hidden == "bearing":
+                rows[-1][1] += BEARING * rpm * np.pi / 30
             print(name, " ".join("%.4g" % x for x in rows[-1]), flush=True)
         lines = ["# A tumbling mill of 250 mm x 64 mm with 300 steel balls of 16 mm and eight bars, at six speeds: simulated with LIGGGHTS 3.8.0.",
                  "# Means over %g s after %g s; standard deviations of those means from %d blocks. Angles as in docs/angles.md." % (steady, SETTLE, BLOCKS),
