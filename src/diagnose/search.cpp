@@ -242,7 +242,10 @@ void Investigation::try_pairs() {
     if (t.candidate.free_form || t.candidate.rival || t.effects.size() > 1 || !seen.insert(t.candidate.effect).second) continue;
     if (firsts.size() < 3) firsts.push_back(t);
   }
+  const auto bends = [](const Tried& t) { return t.candidate.form.find("beside") != std::string::npos; };
+  std::vector<const Tried*> straight;  // those beside which no bent scale was tried
   for (const Tried& first : firsts) {
+    if (!bends(first)) straight.push_back(&first);
     Residuals residuals(comparison_, first.fit, numerical_);
     std::vector<Direction> directions = directions_about(first.fit, first.effects);
     std::vector<Score> scores;
@@ -261,13 +264,18 @@ void Investigation::try_pairs() {
       if (!tried) continue;
       tried->effects = {first.candidate.effect, second.effect};
       if (second.rival) {
-        if (first.candidate.form.find("beside") == std::string::npos) add_beside(first, second, std::move(*tried));
+        if (!bends(first)) add_beside(first, second, std::move(*tried)), straight.pop_back();
         continue;
       }
       tried->candidate.settings.insert(tried->candidate.settings.begin(), first.candidate.settings.begin(), first.candidate.settings.end());
       d_.ranking.push_back(std::move(*tried));
     }
   }
+  // What stands beside one of them may stand beside all, or they could not be compared.
+  const auto distortion = std::find_if(candidates_.begin(), candidates_.end(), [](const Candidate& c) { return c.effect == "camera_distortion"; });
+  if (distortion != candidates_.end() && std::any_of(d_.ranking.begin(), d_.ranking.end(), bends))
+    for (const Tried* first : straight)
+      if (auto both = attempt(*distortion, distortion->probes, first->fit)) add_beside(*first, *distortion, std::move(*both));
   weigh();
 }
 
