@@ -30,10 +30,29 @@ struct NormPack {
     return {whole.size, gradient(x, flat, whole)};
   }
 
+  // The Hessian is across acrossᵀ + ring ringᵀ.
+  struct Second {
+    Pack value;
+    PackTriple gradient;
+    PackTriple across, ring;
+    QUERN_INLINE Pack bend(const PackTriple& a, const PackTriple& b) const { return dot(across, a) * dot(across, b) + dot(ring, a) * dot(ring, b); }
+  };
+  QUERN_INLINE Second second(const PackTriple& x) const {
+    const PackTriple u = scaled_place(x), s = signed_scale(x);
+    const Pair flat = pair(size(u.x), size(u.y), inner), whole = pair(flat.size, size(u.z), outer);
+    const Pack inverse = Pack(1.0) / whole.size, part = greater(flat.size, Pack(1e-270) * whole.size) * inverse;
+    const Pack root = square_root(whole.bend * inverse);
+    const Pack root_ring = square_root(lesser(Pack(most), whole.slope_u * flat.bend / part) * inverse);
+    return {whole.size, gradient(x, flat, whole),
+            {root * (whole.v * flat.slope_u) * s.x, root * (whole.v * flat.slope_v) * s.y, -(root * whole.u * s.z)},
+            {root_ring * flat.v * s.x, -(root_ring * flat.u * s.y), Pack(0.0)}};
+  }
+
  private:
-  // The slopes: derivatives of the size.
+  static constexpr double most = 1e9;
+  // u and v: the two over the size; the slopes: its derivatives; bend: (p − 1) u^{p−2} v^{p−2}.
   struct Pair {
-    Pack size, slope_u, slope_v;
+    Pack size, u, v, slope_u, slope_v, bend;
   };
   QUERN_INLINE PackTriple scaled_place(const PackTriple& x) const { return {scale.x * x.x, scale.y * x.y, scale.z * x.z}; }
   QUERN_INLINE PackTriple signed_scale(const PackTriple& x) const {
@@ -52,9 +71,11 @@ struct NormPack {
     const Pack sum = one + raised;
     Pack root = square_root(sum);
     if (!p.round) root = select(p.other, power(sum, p.inverse), root);
-    const Pack slope_large = root / sum, slope_small = raised * (one / ratio) * slope_large;
+    const Pack inverse = one / root, inverse_ratio = one / ratio, shared = root / sum;
+    const Pack of_small = ratio * inverse, slope_large = shared, slope_small = raised * inverse_ratio * shared;
+    const Pack bend = (p.p - one) * lesser(Pack(most), (slope_large * root) * (slope_small * root * inverse_ratio));
     const Mask first = a > b;
-    return {large * root, select(first, slope_large, slope_small), select(first, slope_small, slope_large)};
+    return {large * root, select(first, inverse, of_small), select(first, of_small, inverse), select(first, slope_large, slope_small), select(first, slope_small, slope_large), bend};
   }
 };
 

@@ -1,8 +1,11 @@
 #include "shapes/wall_touching.hpp"
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <optional>
+#include "shapes/jacket.hpp"
+#include "src/base/instruction_set.hpp"
 
 namespace quern {
 namespace {
@@ -36,22 +39,13 @@ double radius_of(const Reach& r) {
   return mean_radius(t.transpose() * r.radii * t);
 }
 
-// Climbs to a place farther from the axis than all beside it: Newton's method where the reach is concave, else the angle of the farthest
-// place itself, which always climbs.
-Reach climb(const PlacedShape& body, Reach at) {
-  constexpr int most_steps = 60;
-  const double tolerance = 1e-12 * body.size * body.shape->volume_radius;
-  for (int k = 0; k < most_steps && std::abs(at.slope) > tolerance; ++k) {
-    if (at.bend < -0.01 * at.value) {
-      const Reach next = reach(body, at.angle - at.slope / at.bend);
-      if (next.value > at.value || std::abs(next.slope) < 0.5 * std::abs(at.slope)) {
-        at = next;
-        continue;
-      }
-    }
-    at = reach(body, std::atan2(at.place.y(), at.place.x()));
-  }
-  return at;
+void find_far_places(const BodyInJacket& body, double radius, double widest, FarPlaces& places) {
+#if defined(__x86_64__)
+  static const InstructionSet best = best_instruction_set();
+  if (best == InstructionSet::avx512) return avx512::find_far_places(body, radius, widest, places);
+  if (best == InstructionSet::avx2) return avx2::find_far_places(body, radius, widest, places);
+#endif
+  portable::find_far_places(body, radius, widest, places);
 }
 
 // Where on the way from start to start + way a norm, which is convex, is least, in parts of the way: Newton's method between bounds.
@@ -72,39 +66,42 @@ double least_along(const NestedNorm& norm, const Vec3& start, const Vec3& way) {
 
 }  // namespace
 
-int touch_inside_cylinder(const PlacedShape& body, double radius, ShapeContact* contacts) {
+int touch_inside_cylinder(const PlacedShape& body, double radius, ShapeContact* contacts, double& gap) {
+  constexpr double margin = 0.1;  // of the bounding radius: gaps are told up to that
   const double off = std::hypot(body.centre.x(), body.centre.y()), bound = body.size * body.shape->bounding_radius;
-  if (off + bound <= radius || off == 0) return 0;
-  const double middle = std::atan2(body.centre.y(), body.centre.x());
-  // Beyond this angle the ball about the body does not reach the jacket.
-  const double cosine = (radius * radius + off * off - bound * bound) / (2 * radius * off);
-  const double window = std::acos(std::min(1.0, std::max(-1.0, cosine)));
-  // Between two places that are each farthest from the axis among those around them there is one no farther than the body's largest radius of
-  // curvature, so that an ellipsoid much smaller than the jacket has but one.
-  const Vec3 semi_axes = body.size * body.shape->semi_axes();
-  const double largest = semi_axes.maxCoeff();
-  const bool single = body.shape->gauge.round() && largest * largest < 0.5 * radius * semi_axes.minCoeff();
-  const int starts = single ? 3 : 5;
+  gap = radius - (off + bound);
+  if (gap >= 0) return 0;
+  const Vec3 towards = off > 0 ? Vec3(body.centre.x() / off, body.centre.y() / off, 0) : Vec3(1, 0, 0);
+  gap = margin * bound;
+  // Beyond an angle the ball about the body does not come so near to the jacket, or does not come at all. Only of a body longer than the
+  // jacket is wide is that a right angle or more; then the other side is looked at, too.
+  const double near = radius - gap, tangent = off * off - bound * bound;
+  const bool long_one = bound >= near;
+  const double cosine = long_one ? 0 : tangent > near * near ? std::sqrt(tangent) / off : (near * near + tangent) / (2 * near * off);
+  const double widest = std::sqrt((1 - cosine) / (1 + cosine));
+  const NestedNorm& support = body.shape->support;
+  const auto own = [&](const Vec3& n) { return triple(Vec3(body.axes.transpose() * n)); };
   int count = 0;
-  for (int k = single ? 2 : 0; k < starts && count < most_places; ++k) {
-    // A body's edges lie in all directions of it; seen from the axis they lie within the window.
-    const Vec3 towards = Eigen::AngleAxisd((k - 2) * 0.25 * std::numbers::pi, Vec3::UnitZ()) * Vec3(std::cos(middle), std::sin(middle), 0);
-    const Reach first = reach(body, std::atan2(towards.y(), towards.x()));
-    const double angle = std::remainder(std::atan2(first.place.y(), first.place.x()) - middle, 2 * std::numbers::pi);
-    const Reach top = climb(body, reach(body, middle + std::min(window, std::max(-window, angle))));
-    if (top.value < radius) continue;
-    bool known = false;
-    for (int c = 0; c < count; ++c) known = known || (contacts[c].on_first - top.place).norm() < 1e-3 * bound;
-    if (known) continue;
-    ShapeContact& c = contacts[count++];
-    c.touching = true;
-    c.normal = -top.n;
-    c.overlap = top.value - radius;
-    c.on_first = top.place;
-    c.on_second = top.place + c.overlap * c.normal;
-    c.residual = std::abs(top.slope);
-    c.radius_first = radius_of(top);
+  for (int side = 0; side < (long_one ? 2 : 1); ++side) {
+    const Vec3 r = side == 0 ? towards : Vec3(-towards), t(-r.y(), r.x(), 0);
+    FarPlaces places;
+    find_far_places({triple(support.scale), support.outer, support.inner, own(r), own(t), own(Vec3::UnitZ()), body.size, r.dot(body.centre), bound,
+                     body.size * body.shape->volume_radius}, radius, widest, places);
+    gap = std::min(gap, places.gap);
+    for (int k = 0; k < places.count && count < most_places; ++k) {
+      ShapeContact& c = contacts[count++] = {};
+      c.touching = true;
+      c.normal = -(places.c[k] * r + places.s[k] * t);
+      c.overlap = places.distance[k] - radius;
+      c.on_first = body.centre + body.axes * (body.size * Vec3(places.x[k], places.y[k], places.z[k]));
+      c.on_second = c.on_first + c.overlap * c.normal;
+      c.residual = std::abs(places.slope[k]);
+      Eigen::Matrix2d radii;
+      radii << places.along[k], places.across[k], places.across[k], places.rise[k];
+      c.radius_first = mean_radius(radii);
+    }
   }
+  gap = count > 0 ? 0 : std::max(0.0, gap);
   return count;
 }
 

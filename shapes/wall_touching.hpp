@@ -7,8 +7,9 @@ namespace quern {
 inline constexpr int most_places = 4;
 
 // The inside of a cylinder's jacket: every place that is farther from the axis than its surroundings and than the radius. A body that
-// leans against the jacket with two edges touches twice. Returns how many; normals point to the axis, on_second lies on the jacket.
-int touch_inside_cylinder(const PlacedShape& body, double radius, ShapeContact* contacts);
+// leans against the jacket with two edges touches twice. Returns how many; normals point to the axis, on_second lies on the jacket. Where none
+// does, `gap` becomes a distance by which all of the body is within the jacket for certain.
+int touch_inside_cylinder(const PlacedShape& body, double radius, ShapeContact* contacts, double& gap);
 
 // The outside of a cylinder's jacket without ends.
 ShapeContact touch_outside_cylinder(const PlacedShape& body, double radius);

@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
+#include "shapes/jacket.hpp"
 #include "shapes/superquadric.hpp"
 #include "src/base/instruction_set.hpp"
 #include "src/base/pack_power.hpp"
@@ -24,6 +25,33 @@ TEST_CASE("powers of packs are those of the library of C", "[shape_packs]") {
     }
   }
   CHECK(worst < 4e-16);  // the product of exponent and logarithm is rounded, and the logarithm off by an ulp or two
+}
+
+TEST_CASE("a body in a jacket is farthest from the axis in the same places, to the bit, by every instruction set", "[shape_packs]") {
+  RandomStream random(42);
+  int found = 0;
+  for (int k = 0; k < 1000; ++k) {
+    const Rotation turn = Rotation(random.normal(), random.normal(), random.normal(), random.normal()).normalized();
+    const auto own = [&](const Vec3& n) { return triple(Vec3(turn.conjugate() * n)); };
+    const double n1 = k % 3 == 0 ? 2 : random.uniform(2, 20), n2 = k % 3 == 0 ? 2 : random.uniform(2, 20);
+    const BodyInJacket body{{6e-3, 5e-3, 4e-3}, n1 / (n1 - 1), n2 / (n2 - 1), own(Vec3::UnitX()), own(Vec3::UnitY()), own(Vec3::UnitZ()), 1, 0.025 - random.uniform(3e-3, 8e-3), 8.8e-3, 5e-3};
+    FarPlaces expected{}, here{};
+    portable::find_far_places(body, 0.025, 0.5, expected);
+    found += expected.count;
+#if defined(__x86_64__)
+    if (supports(InstructionSet::avx2)) {
+      here = {};
+      avx2::find_far_places(body, 0.025, 0.5, here);
+      REQUIRE(std::memcmp(&here, &expected, sizeof here) == 0);
+    }
+    if (supports(InstructionSet::avx512)) {
+      here = {};
+      avx512::find_far_places(body, 0.025, 0.5, here);
+      REQUIRE(std::memcmp(&here, &expected, sizeof here) == 0);
+    }
+#endif
+  }
+  CHECK(found > 500);
 }
 
 TEST_CASE("bodies turn by eights as they do alone, to the bit by every instruction set", "[shape_packs]") {

@@ -19,7 +19,7 @@ namespace quern {
 namespace {
 
 constexpr char magic[8] = {'q', 'u', 'e', 'r', 'n', 'c', 'k', 'p'};
-constexpr std::uint32_t version = 12;
+constexpr std::uint32_t version = 13;
 
 struct Header {
   char magic[8];

@@ -43,12 +43,12 @@ int touch_disc(const Revolved& r, const PlacedShape& body, ShapeContact* contact
 }
 
 // In the wall's own axes.
-int touch_revolved(const Revolved& r, const PlacedShape& body, ShapeContact* contacts) {
+int touch_revolved(const Revolved& r, const PlacedShape& body, ShapeContact* contacts, double& gap) {
   if (is_disc(r)) return touch_disc(r, body, contacts);
   int count = 0;
   const bool inside = r.side == Revolved::Side::inside || (r.side == Revolved::Side::both && body.centre.head<2>().norm() < r.radius_0);
   if (inside) {
-    count = touch_inside_cylinder(body, r.radius_0, contacts);
+    count = touch_inside_cylinder(body, r.radius_0, contacts, gap);
   } else {
     contacts[0] = touch_outside_cylinder(body, r.radius_0);
     count = contacts[0].touching ? 1 : 0;
@@ -110,19 +110,22 @@ int touch_shape(const Wall& wall, const PlacedShape& body, ShapeContact* contact
   std::vector<Index> triangles;
   if (const Mesh* mesh = std::get_if<Mesh>(&wall.surface))
     triangles_near(*mesh, wall.pose.to_local(body.centre), body.size * body.shape->bounding_radius, triangles);
-  return touch_shape(wall, body, triangles.data(), triangles.data() + triangles.size(), contacts);
+  double gap = 0;
+  return touch_shape(wall, body, triangles.data(), triangles.data() + triangles.size(), contacts, gap);
 }
 
-int touch_shape(const Wall& wall, const PlacedShape& body, const Index* first_triangle, const Index* last_triangle, ShapeContact* contacts) {
+int touch_shape(const Wall& wall, const PlacedShape& body, const Index* first_triangle, const Index* last_triangle, ShapeContact* contacts, double& gap) {
+  gap = 0;
   if (std::holds_alternative<Plane>(wall.surface)) {
     contacts[0] = touch_plane(body, wall.pose.origin, wall.pose.axes.col(2));
+    gap = std::max(0.0, -contacts[0].overlap);
     return contacts[0].touching ? 1 : 0;
   }
   const Revolved* revolved = std::get_if<Revolved>(&wall.surface);
   PlacedShape local = body;
   local.centre = wall.pose.to_local(body.centre);
   local.axes = wall.pose.axes.transpose() * body.axes;
-  const int count = revolved ? touch_revolved(*revolved, local, contacts) : touch_mesh(std::get<Mesh>(wall.surface), first_triangle, last_triangle, local, contacts);
+  const int count = revolved ? touch_revolved(*revolved, local, contacts, gap) : touch_mesh(std::get<Mesh>(wall.surface), first_triangle, last_triangle, local, contacts);
   for (int k = 0; k < count; ++k) {
     contacts[k].normal = wall.pose.axes * contacts[k].normal;
     contacts[k].on_first = wall.pose.to_fixed(contacts[k].on_first);

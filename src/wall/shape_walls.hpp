@@ -8,8 +8,9 @@ namespace quern {
 // Whether such particles can touch the wall: all but cones.
 bool takes_shapes(const Wall& wall);
 
-// The touches of a body, told in the fixed frame; at most most_places. Of a mesh, with these of its triangles alone.
-int touch_shape(const Wall& wall, const PlacedShape& body, const Index* first_triangle, const Index* last_triangle, ShapeContact* contacts);
+// The touches of a body, told in the fixed frame; at most most_places. Of a mesh, with these of its triangles alone. Where there are none,
+// `gap` becomes a distance that lies between the two for certain, which may be 0.
+int touch_shape(const Wall& wall, const PlacedShape& body, const Index* first_triangle, const Index* last_triangle, ShapeContact* contacts, double& gap);
 // The same with all triangles near; for setting up, not for the step.
 int touch_shape(const Wall& wall, const PlacedShape& body, ShapeContact* contacts);
 

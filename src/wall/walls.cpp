@@ -105,16 +105,15 @@ WallTouch wall_touch(const Wall& wall, Index index, const Touch& touch, double r
   return t;
 }
 
-// The touches of a particle that is no sphere; where the ball that holds it stays clear of the wall, how far.
+// The touches of a particle that is no sphere; where it is known to stay clear of the wall, how far.
 int touch_candidate_shape(const StepContext& step, const Wall& wall, WallCandidate& candidate, ContactBlock& block, Touch* touches, ShapeContact* contacts, double& gap) {
   const Particles& p = *step.particles;
   const auto row = static_cast<std::size_t>(candidate.particle);
   gap = 0;
   if (touch_candidate(wall, candidate, block, p.position[row], p.position[row].w, touches, gap) == 0) return 0;
-  gap = 0;
   const Index* triangles = block.triangles.data();
   const int count = touch_shape(wall, placed(step.shapes, p.shape[row], p.position[row], p.orientation[row]), triangles + candidate.first_triangle,
-                                triangles + candidate.last_triangle, contacts);
+                                triangles + candidate.last_triangle, contacts, gap);
   for (int k = 0; k < count; ++k) touches[k].normal = contacts[k].normal;
   return count;
 }
@@ -228,17 +227,19 @@ void find_wall_touches(const StepContext& step, const std::vector<Wall>& walls, 
   Index slots[most_touches];
   ShapeContact contacts[most_places];
   for (WallCandidate& candidate : block.wall_candidates) {
-    if (candidate.touches == 0 && step.path < candidate.asleep_until) continue;
-    const Wall& wall = walls[static_cast<std::size_t>(candidate.wall)];
     const auto i = static_cast<std::size_t>(candidate.particle);
+    const bool shaped = block.shapes && particles.shape[i] != 0;
+    // What turns may come nearer with other places than its centre: its own path, which knows that, is added.
+    const double path = shaped ? particles.momentum[i].w + step.path : step.path;
+    if (candidate.touches == 0 && path < candidate.asleep_until) continue;
+    const Wall& wall = walls[static_cast<std::size_t>(candidate.wall)];
     double gap = 0;
     const std::size_t kind = step.pair_kind[particles.material[i] * step.material_count + wall.material];
     const double radius = particles.position[i].w + step.pair_laws[kind].reach;
-    const bool shaped = block.shapes && particles.shape[i] != 0;
     const int count = shaped ? touch_candidate_shape(step, wall, candidate, block, touches, contacts, gap)
                              : touch_candidate(wall, candidate, block, particles.position[i], radius, touches, gap);
     if (count == 0) {
-      candidate.asleep_until = step.path + (1 - 1e-9) * gap;
+      candidate.asleep_until = path + (1 - 1e-9) * gap;
       if (candidate.touches == 0) continue;
     }
 

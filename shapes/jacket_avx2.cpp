@@ -1,0 +1,2 @@
+#define QUERN_ISA avx2
+#include "shapes/jacket_isa.inl"

@@ -1,0 +1,2 @@
+#define QUERN_ISA portable
+#include "shapes/jacket_isa.inl"
