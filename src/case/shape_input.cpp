@@ -4,6 +4,7 @@
 #include "src/base/error.hpp"
 #include "src/case/reading.hpp"
 #include "src/contact/shape_contacts.hpp"
+#include "src/field/shape_fields.hpp"
 #include "src/particle/turning.hpp"
 #include "src/wall/shape_walls.hpp"
 
@@ -94,8 +95,8 @@ void refuse_unfit_for_shapes(const Case& c, const Simulation& s) {
       if (const std::uint8_t kind = s.pair_kind[a * s.materials.size() + b]; kind != no_law && s.pair_laws[kind].extras.any())
         throw InputError(fmt::format("{}: found superquadrics and effects beyond the law in the pair of {} and {}; with superquadrics allowed is the law with friction and rolling.",
                                      c.file, s.materials[a].name, s.materials[b].name));
-  if (!s.fields.empty() || s.carried_density > 0)
-    throw InputError(fmt::format("{}: found superquadrics and forces of a medium, a table or a turning frame; with superquadrics allowed is gravity.", c.file));
+  if (s.carried_density > 0 || !std::all_of(s.fields.begin(), s.fields.end(), [](const Field& field) { return takes_shapes(field); }))
+    throw InputError(fmt::format("{}: found superquadrics and added mass, the force of a table or a turning frame; with superquadrics allowed are gravity, drag, buoyancy and lift.", c.file));
   if (!s.bonds.empty()) throw InputError(fmt::format("{}: found superquadrics and bonded agglomerates; allowed is one of the two.", c.file));
   if (c.observe.contact_history) throw InputError(fmt::format("{}: observe.contact_history: found superquadrics, whose contacts it does not follow; allowed is false.", c.file));
 }

@@ -6,6 +6,7 @@
 #include "src/base/error.hpp"
 #include "src/contact/shape_contacts.hpp"
 #include "src/contact/workspace.hpp"
+#include "src/field/shape_fields.hpp"
 #include "src/particle/turning.hpp"
 
 namespace quern {
@@ -88,7 +89,8 @@ void find_forces(Simulation& s, const StepContext& context, ContactBlock& block)
   if (block.bonds.count > 0) s.kernels->bond_forces(context, block, work);
   if (s.carried_density > 0) take_carried_weight(s.carried_density, s.gravity, s.particles, block.first, block.last, block.load.data());
   if (!s.fields.empty())
-    block.sums.field_power = apply_fields(s.fields, context.time, s.clock.time_step, s.particles, block.first, block.last, block.load.data());
+    block.sums.field_power = block.shapes ? apply_fields_to_shapes(s.fields, context.time, s.clock.time_step, s.particles, s.shapes.data(), block.first, block.last, block.load.data())
+                                          : apply_fields(s.fields, context.time, s.clock.time_step, s.particles, block.first, block.last, block.load.data());
 }
 
 // Adds what the halos of blocks hold for a block's particles, in the order of the blocks, then completes their velocities.

@@ -1,9 +1,12 @@
 #include "src/field/fields.hpp"
+#include "src/field/shape_fields.hpp"
 
 namespace quern {
+namespace {
 
-double apply_fields(const std::vector<Field>& fields, double time, double time_step, const Particles& particles, Index first, Index last,
-                    Load* load) {
+// `place` gives the position of a row and the radius that the fields see.
+template <class Place>
+double apply(const std::vector<Field>& fields, double time, double time_step, const Particles& particles, Index first, Index last, Load* load, Place&& place) {
   double power = 0;
   for (const Field& field : fields) {
     std::visit(
@@ -11,7 +14,7 @@ double apply_fields(const std::vector<Field>& fields, double time, double time_s
           const auto& now = one.at(time, time_step);
           for (Index i = first; i < last; ++i) {
             const auto k = static_cast<std::size_t>(i);
-            const FieldLoad found = now(particles.position[k], particles.velocity[k], particles.spin[k]);
+            const FieldLoad found = now(place(k), particles.velocity[k], particles.spin[k]);
             add(load[i - first].force, found.force);
             add(load[i - first].torque, found.torque);
             power += found.force.dot(vec(particles.velocity[k])) + found.torque.dot(vec(particles.spin[k]));
@@ -21,6 +24,22 @@ double apply_fields(const std::vector<Field>& fields, double time, double time_s
   }
   return power;
 }
+
+}  // namespace
+
+double apply_fields(const std::vector<Field>& fields, double time, double time_step, const Particles& particles, Index first, Index last, Load* load) {
+  return apply(fields, time, time_step, particles, first, last, load, [&](std::size_t k) -> const Quad& { return particles.position[k]; });
+}
+
+double apply_fields_to_shapes(const std::vector<Field>& fields, double time, double time_step, const Particles& particles, const Superquadric* shapes, Index first, Index last, Load* load) {
+  return apply(fields, time, time_step, particles, first, last, load, [&](std::size_t k) {
+    Quad position = particles.position[k];
+    if (const std::uint8_t shape = particles.shape[k]; shape != 0) position.w *= shapes[shape].volume_radius / shapes[shape].bounding_radius;
+    return position;
+  });
+}
+
+bool takes_shapes(const Field& field) { return !std::holds_alternative<TurningFrame>(field) && !std::holds_alternative<TableForce>(field); }
 
 Vec3 field_force(const std::vector<Field>& fields, double time, double time_step, const Particles& particles, std::size_t row) {
   Vec3 sum = Vec3::Zero();
