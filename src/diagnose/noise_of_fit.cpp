@@ -150,17 +150,21 @@ void Comparison::estimate_noise(Fit& fit, const FitOptions& options) const {
     }
     // A clock that trembles: worth it only where it tells more than a number would.
     {
-      std::vector<double> rates;  // over the told deviations
-      for (const std::size_t run : fit.runs)
-        for (const Series& series : recording.runs[run].series)
-          if (static_cast<std::size_t>(series.channel) == c)
-            for (std::size_t k = 0; k < series.rate.size(); ++k) rates.push_back(series.rate[k] / (series.deviation.empty() ? 1 : series.deviation[k]));
-      const double typical = robust_deviation(rates);
       ChannelNoise steady = own;
       steady.jitter = 0;
       double best_jitter = 0;
       best = quality(steady) + cost;
+      std::vector<double> rates;  // over the told deviations
+      double squares = 0;
+      for (const std::size_t run : fit.runs)
+        for (const Series& series : recording.runs[run].series)
+          if (static_cast<std::size_t>(series.channel) == c)
+            for (std::size_t k = 0; k < series.rate.size(); ++k) rates.push_back(series.rate[k] / (series.deviation.empty() ? 1 : series.deviation[k])), squares += rates.back() * rates.back();
+      // Of most samples, or of the few in which something happens.
+      const double few = std::sqrt(squares / std::max<double>(1, static_cast<double>(rates.size()))), most = robust_deviation(std::move(rates)), typical = most > 0.1 * few ? most : few;
+      constexpr double in_order = 0.3;  // of the time between samples: beyond it they would be out of order
       const auto try_jitter = [&](double jitter) {
+        if (jitter * own.deviation > in_order * own.spacing) return;
         ChannelNoise trial = own;
         trial.jitter = jitter;
         if (const double q = quality(trial); q > best) best = q, best_jitter = jitter;
