@@ -106,6 +106,7 @@ TEST_CASE("sizes that files announce or have are limited") {
   const std::string large = folder.write("large.csv", "a\n1\n");
   std::filesystem::resize_file(large, std::uintmax_t{300} << 20);
   CHECK_THROWS_WITH(read_cells(large), Contains("at most 256 MB"));
+  CHECK_THROWS_WITH(read_cells("/dev/zero"), Contains("at most 256 MB"));
   const std::string mesh = folder.write("large.stl", "solid");
   std::filesystem::resize_file(mesh, std::uintmax_t{2} << 30);
   CHECK_THROWS_WITH(read_stl(mesh, 1, report), Contains("at most 1 GB"));
@@ -171,6 +172,30 @@ TEST_CASE("an input script of LIGGGHTS becomes the case that it means, and what 
   REQUIRE(spoilt.left_out.size() == 2);
   CHECK_THAT(spoilt.left_out[0], Contains("in.script:3: fix b all viscous 3"));
   CHECK_THROWS_WITH(convert_liggghts(folder.write("lj.script", "units lj\n")), Contains("lj.script:1") && Contains("units si"));
+}
+
+TEST_CASE("a script cannot make the case that it becomes another: values of variables, names and types are held in bounds") {
+  const Folder folder("convert_bounds");
+  // Doubled thirty times, a letter has a gigabyte.
+  std::string doubled = "variable a0 string xxxxxxxx\n";
+  for (int k = 1; k < 30; ++k) doubled += "variable a" + std::to_string(k) + " string ${a" + std::to_string(k - 1) + "}${a" + std::to_string(k - 1) + "}\n";
+  CHECK_THROWS_WITH(convert_liggghts(folder.write("doubled", doubled)), Contains("doubled:19") && Contains("longer than 1 MB"));
+  const Converted made = convert_liggghts(folder.write("in.script",
+      "fix t all particletemplate/sphere 1 atom_type 1e300 density constant 2500 radius constant 0.01\n"
+      "fix a.b all mesh/surface file x\"y\\z.stl type 1e10\n"
+      "fix a.b all mesh/surface file x\"y\\z.stl type 2\nfix a_b all mesh/surface file other.stl\nfix a_b all mesh/surface file last.stl\n"
+      "fix w all wall/gran model hertz mesh n_meshes 2 meshes a.b a_b\n"
+      "fix s all particletemplate/sphere 1 density constant 2500 radius constant 0.01\nfix s all particletemplate/sphere 1 density constant 2600 radius constant 0.01\n"
+      "fix d all particledistribution/discrete 1 2 s 0.5 s 0.5\nfix i all insert/pack distributiontemplate d particles_in_region 10\nfix i all insert/pack distributiontemplate d particles_in_region 20\n"));
+  REQUIRE(made.left_out.size() == 4);  // two types, and the region of each insertion
+  CHECK_THAT(made.left_out[0], Contains("in.script:1") && Contains("its type is out of range"));
+  CHECK_THAT(made.left_out[1], Contains("in.script:2") && Contains("its type is out of range"));
+  const Values values = read_values_in(made.text, "text", {});
+  CHECK(values.text("wall.a_b.file") == "x\"y\\z.stl");
+  CHECK(values.names("wall").size() == 2);
+  CHECK(values.number("species.s.density") == 2600);
+  CHECK(values.names("insert") == std::vector<std::string>{"i_s"});
+  CHECK(values.whole("insert.i_s.count") == 20);
 }
 
 TEST_CASE("tables of materials become those of a case: Young's modulus from the shear modulus") {
