@@ -4,11 +4,13 @@
 #include <random>
 #include "src/base/archive.hpp"
 #include "src/base/error.hpp"
+#include "src/case/build.hpp"
 #include "src/case/case.hpp"
 #include "src/case/csv.hpp"
 #include "src/case/values.hpp"
 #include "src/convert/converted.hpp"
 #include "src/engine/checkpoint.hpp"
+#include "src/observe/soundness.hpp"
 #include "src/wall/stl.hpp"
 #include "tests/folder.hpp"
 #include "tests/scene.hpp"
@@ -35,6 +37,33 @@ speed = 5
 [insert.charge]
 species = "ball"
 count = 10
+)";
+constexpr const char* watched = R"(
+name = "watched"
+duration = "1 s"
+[material.steel]
+density = 7800
+young = "10 MPa"
+[pair.default]
+restitution = 0.6
+friction = 0.5
+[species.ball]
+material = "steel"
+diameter = "25 mm"
+[mill]
+type = "tumbling"
+diameter = "0.1 m"
+length = "0.05 m"
+speed_fraction = 0.7
+[insert.charge]
+species = "ball"
+count = 6
+[observe]
+charge = true
+spectrum = true
+contact_history = true
+track = [0, 3]
+signal = true
 )";
 constexpr const char* sizes = "diameter [mm],finer\n5,0\n10,1\n";
 
@@ -145,6 +174,55 @@ TEST_CASE("a state that was tampered with is refused or can be stepped") {
   }
   CHECK(refused > trials / 10);
   CHECK(refused < trials);
+}
+
+TEST_CASE("what observers have from a state that was tampered with is refused or goes on to tables") {
+  const Case read = named_case_of(read_values_in(watched, "/nowhere/case.toml", {}));
+  Built built = build_case(read);
+  Simulation& s = built.simulation;
+  Observers observers(built.observe);
+  s.start(observers.needs_collisions());
+  observers.see(s);
+  for (int k = 0; k < 400; ++k) s.step(), observers.see(s);
+  CHECK(sound(observers, s));
+  const std::string state = ArchiveWriter::written_by([&](ArchiveWriter& a) { a(observers); });
+  std::mt19937 random(11);
+  int refused = 0;
+  constexpr int trials = 2000;
+  for (int trial = 0; trial < trials; ++trial) {
+    std::string spoilt = state;
+    const std::size_t at = random() % (spoilt.size() - 8);
+    constexpr std::int64_t others[] = {-1, 0, 1, 1000000000, 0x7fffffffffffffff, 0x7ff8000000000000};
+    std::memcpy(spoilt.data() + at, &others[random() % 6], trial % 3 ? 8 : 4);
+    Observers again(built.observe);
+    Simulation later = s;
+    try {
+      ArchiveReader reader(spoilt);
+      reader(again);
+    } catch (const InputError&) {
+      ++refused;
+      continue;
+    }
+    if (!sound(again, later)) {
+      ++refused;
+      continue;
+    }
+    later.step();
+    again.see(later), again.finish(later);
+    again.headlines(), again.tables();
+  }
+  CHECK(refused > trials / 20);
+  CHECK(refused < trials);
+  // A list that is shorter than the others.
+  Observers shorter = observers;
+  shorter.torque_power.torque.pop_back();
+  CHECK_FALSE(sound(shorter, s));
+  shorter = observers, shorter.captures.mass.pop_back();
+  CHECK_FALSE(sound(shorter, s));
+  shorter = observers, shorter.charge.blocks.blocks.back().sums.layer.pop_back();
+  CHECK_FALSE(sound(shorter, s));
+  shorter = observers, shorter.signal.wall = 99;
+  CHECK_FALSE(sound(shorter, s));
 }
 
 TEST_CASE("an input script of LIGGGHTS becomes the case that it means, and what is left out is said") {
