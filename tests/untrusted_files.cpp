@@ -268,6 +268,10 @@ TEST_CASE("a script cannot make the case that it becomes another: values of vari
   REQUIRE(made.left_out.size() == 4);  // two types, and the region of each insertion
   CHECK_THAT(made.left_out[0], Contains("in.script:1") && Contains("its type is out of range"));
   CHECK_THAT(made.left_out[1], Contains("in.script:2") && Contains("its type is out of range"));
+  // Five values for pairs are none: found by fuzz/script.
+  const Converted odd = convert_liggghts(folder.write("odd", "fix a all property/global youngsModulus peratomtype 1e6 1e6 1e6\nfix b all property/global coefficientFriction peratomtype 1 1 1 1 1\n"));
+  REQUIRE(odd.left_out.size() == 1);
+  CHECK_THAT(odd.left_out[0], Contains("odd:2") && Contains("peratomtypepair"));
   const Values values = read_values_in(made.text, "text", {});
   CHECK(values.text("wall.a_b.file") == "x\"y\\z.stl");
   CHECK(values.names("wall").size() == 2);

@@ -243,6 +243,7 @@ class Script {
     const auto types = pairs ? static_cast<std::size_t>(std::lround(std::sqrt(static_cast<double>(values.size())))) : values.size();
     static const Words known = {"youngsModulus", "poissonsRatio", "coefficientRestitution", "coefficientFriction", "coefficientRollingFriction"};
     if (std::find(known.begin(), known.end(), w[4]) == known.end()) return leave_out("this property has no counterpart");
+    if (pairs != w[4].starts_with("coefficient")) return leave_out(fmt::format("it is given {}", pairs ? "for pairs of types; allowed is one value for each type, peratomtype" : "for each type; allowed is one for each pair of types, peratomtypepair"));
     if (values.empty() || types > most_types || (pairs && types * types != values.size())) return leave_out(fmt::format("found {} values; allowed are as many as types, or their square", values.size()));
     types_ = std::max(types_, static_cast<int>(types));
     properties_[w[4]] = values;
