@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # bench/soak.sh [HOURS] [QUERN]: runs a mill again and again, killed, stopped and resumed at random times. After every round the results must be
-# those of the unbroken run, and neither memory nor open files may have grown during it.
+# those of the unbroken run, every table and frame, no other file may lie beside them, and neither memory nor open files may have grown during it.
+# Takes Debian's hdf5-tools.
 set -uo pipefail
 hours=${1:-8}
 quern=$(realpath "${2:-$(dirname "$0")/../build/release/quern}")
@@ -64,8 +65,13 @@ while [ "$(date +%s)" -lt "$until_end" ]; do
     resume=()
     [ -e broken/checkpoint ] && resume=(--resume)
   done
-  cmp -s <(without_clock unbroken/summary.json) <(without_clock broken/summary.json) && cmp -s unbroken/spectra.csv broken/spectra.csv || { echo "Round $((rounds + 1)) ended elsewhere than the unbroken run."; exit 1; }
   rounds=$((rounds + 1))
+  cmp -s <(without_clock unbroken/summary.json) <(without_clock broken/summary.json) || { echo "Round $rounds ended elsewhere than the unbroken run: its summary.json differs."; exit 1; }
+  for table in unbroken/*.csv; do
+    cmp -s "$table" "broken/${table##*/}" || { echo "Round $rounds ended elsewhere than the unbroken run: its ${table##*/} differs."; exit 1; }
+  done
+  h5diff -q unbroken/results.h5 broken/results.h5 || { echo "Round $rounds ended elsewhere than the unbroken run: its results.h5 differs."; exit 1; }
+  left=$(diff <(ls -A unbroken) <(ls -A broken)) || { echo "Round $rounds left other files than the unbroken run: $left"; exit 1; }
   printf '\r%d rounds, broken off %d times, all as the unbroken run' $rounds $breaks
 done
 echo

@@ -41,7 +41,7 @@ bool is_cut_out(const BodyShape& shape) { return std::holds_alternative<Superqua
 // Grains of a packed box that lie in the shape.
 void cut_out(const BodyShape& shape, std::vector<Grain>& grains) {
   if (const auto* quadric = std::get_if<SuperquadricRegion>(&shape)) {
-    const auto [a, b, c] = quadric->half_axes;
+    const double a = quadric->half_axes[0], b = quadric->half_axes[1], c = quadric->half_axes[2];
     const double n = quadric->exponent;
     std::erase_if(grains, [&](const Grain& g) {
       return std::pow(std::abs(g.position.x() / a), n) + std::pow(std::abs(g.position.y() / b), n) + std::pow(std::abs(g.position.z() / c), n) > 1;

@@ -1,7 +1,9 @@
-// A checkpoint: as a file (first byte even), or as the state that a file with the right checksum holds (odd), which then must step.
+// A checkpoint: as a file (first byte even), or as the state that a file with the right checksum holds (odd), which then must step and be observed
+// to the end.
 #include "fuzz/input.hpp"
 #include "fuzz/small_run.hpp"
 #include "src/engine/checkpoint.hpp"
+#include "src/observe/soundness.hpp"
 
 extern "C" int LLVMFuzzerInitialize(int*, char***) {
   using namespace quern;
@@ -40,7 +42,15 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     ArchiveReader reader(bytes);
     archive_state(reader, simulation);
     reader(observers);
+    if (!sound(observers, simulation)) return;
+    // What takes its rows by the clock would take very many after very long.
+    constexpr std::int64_t few = 1'000'000;
+    if (simulation.clock.step > few) return;
     simulation.step();
+    observers.see(simulation);
+    observers.finish(simulation);
+    observers.headlines();
+    observers.tables();
   });
   return 0;
 }

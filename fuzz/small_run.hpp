@@ -30,6 +30,9 @@ count = 6
 [observe]
 charge = true
 spectrum = true
+contact_history = true
+track = [0, 3]
+signal = true
 )";
 
 struct SmallRun {

@@ -4,11 +4,13 @@
 #include <random>
 #include "src/base/archive.hpp"
 #include "src/base/error.hpp"
+#include "src/case/build.hpp"
 #include "src/case/case.hpp"
 #include "src/case/csv.hpp"
 #include "src/case/values.hpp"
 #include "src/convert/converted.hpp"
 #include "src/engine/checkpoint.hpp"
+#include "src/observe/soundness.hpp"
 #include "src/wall/stl.hpp"
 #include "tests/folder.hpp"
 #include "tests/scene.hpp"
@@ -35,6 +37,33 @@ speed = 5
 [insert.charge]
 species = "ball"
 count = 10
+)";
+constexpr const char* watched = R"(
+name = "watched"
+duration = "1 s"
+[material.steel]
+density = 7800
+young = "10 MPa"
+[pair.default]
+restitution = 0.6
+friction = 0.5
+[species.ball]
+material = "steel"
+diameter = "25 mm"
+[mill]
+type = "tumbling"
+diameter = "0.1 m"
+length = "0.05 m"
+speed_fraction = 0.7
+[insert.charge]
+species = "ball"
+count = 6
+[observe]
+charge = true
+spectrum = true
+contact_history = true
+track = [0, 3]
+signal = true
 )";
 constexpr const char* sizes = "diameter [mm],finer\n5,0\n10,1\n";
 
@@ -106,6 +135,7 @@ TEST_CASE("sizes that files announce or have are limited") {
   const std::string large = folder.write("large.csv", "a\n1\n");
   std::filesystem::resize_file(large, std::uintmax_t{300} << 20);
   CHECK_THROWS_WITH(read_cells(large), Contains("at most 256 MB"));
+  CHECK_THROWS_WITH(read_cells("/dev/zero"), Contains("at most 256 MB"));
   const std::string mesh = folder.write("large.stl", "solid");
   std::filesystem::resize_file(mesh, std::uintmax_t{2} << 30);
   CHECK_THROWS_WITH(read_stl(mesh, 1, report), Contains("at most 1 GB"));
@@ -146,6 +176,55 @@ TEST_CASE("a state that was tampered with is refused or can be stepped") {
   CHECK(refused < trials);
 }
 
+TEST_CASE("what observers have from a state that was tampered with is refused or goes on to tables") {
+  const Case read = named_case_of(read_values_in(watched, "/nowhere/case.toml", {}));
+  Built built = build_case(read);
+  Simulation& s = built.simulation;
+  Observers observers(built.observe);
+  s.start(observers.needs_collisions());
+  observers.see(s);
+  for (int k = 0; k < 400; ++k) s.step(), observers.see(s);
+  CHECK(sound(observers, s));
+  const std::string state = ArchiveWriter::written_by([&](ArchiveWriter& a) { a(observers); });
+  std::mt19937 random(11);
+  int refused = 0;
+  constexpr int trials = 2000;
+  for (int trial = 0; trial < trials; ++trial) {
+    std::string spoilt = state;
+    const std::size_t at = random() % (spoilt.size() - 8);
+    constexpr std::int64_t others[] = {-1, 0, 1, 1000000000, 0x7fffffffffffffff, 0x7ff8000000000000};
+    std::memcpy(spoilt.data() + at, &others[random() % 6], trial % 3 ? 8 : 4);
+    Observers again(built.observe);
+    Simulation later = s;
+    try {
+      ArchiveReader reader(spoilt);
+      reader(again);
+    } catch (const InputError&) {
+      ++refused;
+      continue;
+    }
+    if (!sound(again, later)) {
+      ++refused;
+      continue;
+    }
+    later.step();
+    again.see(later), again.finish(later);
+    again.headlines(), again.tables();
+  }
+  CHECK(refused > trials / 20);
+  CHECK(refused < trials);
+  // A list that is shorter than the others.
+  Observers shorter = observers;
+  shorter.torque_power.torque.pop_back();
+  CHECK_FALSE(sound(shorter, s));
+  shorter = observers, shorter.captures.mass.pop_back();
+  CHECK_FALSE(sound(shorter, s));
+  shorter = observers, shorter.charge.blocks.blocks.back().sums.layer.pop_back();
+  CHECK_FALSE(sound(shorter, s));
+  shorter = observers, shorter.signal.wall = 99;
+  CHECK_FALSE(sound(shorter, s));
+}
+
 TEST_CASE("an input script of LIGGGHTS becomes the case that it means, and what is left out is said") {
   const Folder folder("convert");
   const std::string script = std::string(source_directory) + "/fuzz/corpus/script/drum";
@@ -171,6 +250,34 @@ TEST_CASE("an input script of LIGGGHTS becomes the case that it means, and what 
   REQUIRE(spoilt.left_out.size() == 2);
   CHECK_THAT(spoilt.left_out[0], Contains("in.script:3: fix b all viscous 3"));
   CHECK_THROWS_WITH(convert_liggghts(folder.write("lj.script", "units lj\n")), Contains("lj.script:1") && Contains("units si"));
+}
+
+TEST_CASE("a script cannot make the case that it becomes another: values of variables, names and types are held in bounds") {
+  const Folder folder("convert_bounds");
+  // Doubled thirty times, a letter has a gigabyte.
+  std::string doubled = "variable a0 string xxxxxxxx\n";
+  for (int k = 1; k < 30; ++k) doubled += "variable a" + std::to_string(k) + " string ${a" + std::to_string(k - 1) + "}${a" + std::to_string(k - 1) + "}\n";
+  CHECK_THROWS_WITH(convert_liggghts(folder.write("doubled", doubled)), Contains("doubled:19") && Contains("longer than 1 MB"));
+  const Converted made = convert_liggghts(folder.write("in.script",
+      "fix t all particletemplate/sphere 1 atom_type 1e300 density constant 2500 radius constant 0.01\n"
+      "fix a.b all mesh/surface file x\"y\\z.stl type 1e10\n"
+      "fix a.b all mesh/surface file x\"y\\z.stl type 2\nfix a_b all mesh/surface file other.stl\nfix a_b all mesh/surface file last.stl\n"
+      "fix w all wall/gran model hertz mesh n_meshes 2 meshes a.b a_b\n"
+      "fix s all particletemplate/sphere 1 density constant 2500 radius constant 0.01\nfix s all particletemplate/sphere 1 density constant 2600 radius constant 0.01\n"
+      "fix d all particledistribution/discrete 1 2 s 0.5 s 0.5\nfix i all insert/pack distributiontemplate d particles_in_region 10\nfix i all insert/pack distributiontemplate d particles_in_region 20\n"));
+  REQUIRE(made.left_out.size() == 4);  // two types, and the region of each insertion
+  CHECK_THAT(made.left_out[0], Contains("in.script:1") && Contains("its type is out of range"));
+  CHECK_THAT(made.left_out[1], Contains("in.script:2") && Contains("its type is out of range"));
+  // Five values for pairs are none: found by fuzz/script.
+  const Converted odd = convert_liggghts(folder.write("odd", "fix a all property/global youngsModulus peratomtype 1e6 1e6 1e6\nfix b all property/global coefficientFriction peratomtype 1 1 1 1 1\n"));
+  REQUIRE(odd.left_out.size() == 1);
+  CHECK_THAT(odd.left_out[0], Contains("odd:2") && Contains("peratomtypepair"));
+  const Values values = read_values_in(made.text, "text", {});
+  CHECK(values.text("wall.a_b.file") == "x\"y\\z.stl");
+  CHECK(values.names("wall").size() == 2);
+  CHECK(values.number("species.s.density") == 2600);
+  CHECK(values.names("insert") == std::vector<std::string>{"i_s"});
+  CHECK(values.whole("insert.i_s.count") == 20);
 }
 
 TEST_CASE("tables of materials become those of a case: Young's modulus from the shear modulus") {

@@ -3,7 +3,7 @@ import uPlot from 'uplot';
 import { aligned, nearest } from './aligned.js';
 import { decade, spoken } from './numbers.js';
 
-const ink = '#222226', faint = '#e6e6e8';
+const ink = '#222226', faint = '#e6e6e8', shade = '#e69f0026';
 const pale = (colour, part) => colour + Math.round(255 * part).toString(16).padStart(2, '0');
 
 // Of the ticks of a log axis, the powers of ten.
@@ -37,7 +37,7 @@ function extras(panel) {
   return {
     drawClear: (u) => panel.marked && clipped(u, (ctx, bbox) => {
       const [from, to] = panel.marked.map((x) => u.valToPos(x, 'x', true));
-      ctx.fillStyle = '#e69f0026';
+      ctx.fillStyle = shade;
       ctx.fillRect(from, bbox.top, Math.max(2, to - from), bbox.height);
     }),
     draw: (u) => clipped(u, (ctx) => {
@@ -74,6 +74,11 @@ function legend(panel, own) {
     entry.hidden = !curve.name;
     return entry;
   });
+  if (panel.marked) {
+    const shaded = box.appendChild(document.createElement('span'));
+    shaded.innerHTML = '<i></i>where they differ';
+    shaded.firstChild.style.background = shade;
+  }
   const unit = (label) => label.match(/\[([^\]]+)\]$/)?.[1] ?? '';
   const [xName, xUnit, yUnit] = [panel.x.replace(/ *\[[^\]]*\]$/, ''), unit(panel.x), unit(panel.y)];
   const show = (u) => {

@@ -1,4 +1,4 @@
-// Opens pages of quern in headless Chromium and does what a person would: node browser.js PACKAGES CHROMIUM RUN.html [SWEEP.html]
+// Opens pages of quern in headless Chromium and does what a person would: node browser.js PACKAGES CHROMIUM RUN.html [SWEEP.html [DIAGNOSIS.html …]]
 // PACKAGES: the folder with node_modules.
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
@@ -6,7 +6,7 @@ import { createRequire } from 'node:module';
 import { join, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
 
-const [packages, chromiumPath, runPage, sweepPage] = process.argv.slice(2);
+const [packages, chromiumPath, runPage, sweepPage, ...diagnoses] = process.argv.slice(2);
 const { chromium } = createRequire(join(resolve(packages), 'package.json'))('playwright-core');
 const patience = 120000; // [ms], of machines that do much beside
 const address = (file) => pathToFileURL(resolve(file)).href;
@@ -126,6 +126,21 @@ async function checkSweep(context, complaints) {
   await page.close();
 }
 
+async function checkDiagnosis(context, file, complaints) {
+  const page = await opened(context, file, false, complaints);
+  await checkPlot(page);
+  // Every recorded point is in the plot, those at one x too.
+  const kept = await page.evaluate(() => [...document.querySelectorAll('figure.chart.drawn')].every((figure) => {
+    const { panels } = JSON.parse(figure.querySelector('script.chart').textContent);
+    return panels.every(({ curves }, p) => curves.every(({ y }, c) => figure.plots[p].data[1 + 3 * c].filter((value) => value != null).length === y.filter((value) => value != null).length));
+  }));
+  assert.ok(kept, 'no point is lost');
+  await page.emulateMedia({ media: 'print' });
+  assert.ok(await page.locator('figure.chart .still svg').first().isVisible(), 'plots in print');
+  assert.equal(await page.locator('.live').first().isVisible(), false, 'none that zooms in print');
+  await page.close();
+}
+
 const browser = await chromium.launch({ executablePath: chromiumPath, args: ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'] });
 try {
   const complaints = [];
@@ -133,6 +148,7 @@ try {
   await checkRun(context, complaints);
   await checkPhone(browser, runPage, true, complaints);
   if (sweepPage) await checkSweep(context, complaints), await checkPhone(browser, sweepPage, false, complaints);
+  for (const file of diagnoses) await checkDiagnosis(context, file, complaints), await checkPhone(browser, file, false, complaints);
   for (const notice of ['Kitware', 'uplot', 'Leon Sorokin']) assert.ok(readFileSync(runPage, 'utf8').includes(notice), `the notice of ${notice}`);
   assert.deepEqual(complaints, [], 'no error, no warning, no request to the network');
   console.log('The report opens, draws, plays, zooms, prints and fits a phone.');

@@ -47,20 +47,24 @@ bool mistaken_angle(std::string_view unit, std::string_view si_unit) {
 
 struct Units::Database {
   std::unique_ptr<ut_system, decltype(&ut_free_system)> system{nullptr, &ut_free_system};
+  Database();
 };
 
-Units::Units() : database_(std::make_unique<Database>()) {
+Units::Database::Database() {
   ut_set_error_message_handler(ut_ignore);
-  database_->system.reset(ut_read_xml(nullptr));
-  if (!database_->system) throw RunError("The unit database of UDUNITS-2 cannot be read; is the package libudunits2-0 (with its XML files) installed?");
+  system.reset(ut_read_xml(nullptr));
+  if (!system) throw RunError("The unit database of UDUNITS-2 cannot be read; is the package libudunits2-0 (with its XML files) installed?");
   constexpr std::array<std::array<const char*, 2>, 4> everyday = {{{"deg", "degree"}, {"rev", "turn"}, {"revs", "turn"}, {"RPM", "rpm"}}};
   for (const auto& [name, meaning] : everyday) {
-    const Unit unit(ut_parse(database_->system.get(), meaning, UT_ASCII));
+    const Unit unit(ut_parse(system.get(), meaning, UT_ASCII));
     ut_map_name_to_unit(name, UT_ASCII, unit.get());
   }
 }
 
-Units::~Units() = default;
+Units::Units() {
+  thread_local const std::shared_ptr<const Database> known = std::make_shared<const Database>();
+  database_ = known;
+}
 
 double Units::read(std::string_view quantity, std::string_view si_unit) const {
   const std::string_view text = trimmed(quantity);

@@ -6,14 +6,11 @@
 
 namespace quern {
 
-// Knows the units. Reading its database takes some milliseconds, so make one and pass it on.
+// Knows the units. Each thread reads their database once, which takes some milliseconds; UDUNITS is not safe among threads.
 class Units {
  public:
   // Throws RunError where UDUNITS' database cannot be read.
   Units();
-  ~Units();
-  Units(const Units&) = delete;
-  Units& operator=(const Units&) = delete;
 
   // The value in `si_unit` of a text such as "54.5 cm", "250 rpm", "0.5 %"; a number without a unit is in `si_unit` already.
   // `si_unit` is written as UDUNITS reads it ("m", "rad/s", "kg/m3"; "1" for a pure number, where "%" is allowed).
@@ -22,7 +19,7 @@ class Units {
 
  private:
   struct Database;
-  std::unique_ptr<Database> database_;
+  std::shared_ptr<const Database> database_;
 };
 
 // A quantity in words that everyone knows, to show what is allowed: "54.5 cm" for "m".

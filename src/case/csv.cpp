@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 #include "src/base/error.hpp"
 #include "src/base/units.hpp"
 
@@ -29,8 +30,21 @@ std::vector<std::string> cells_of(const std::string& line) {
   return cells;
 }
 
-constexpr std::uintmax_t largest_table = 256 << 20;  // [bytes]
+constexpr std::size_t largest_table = 256 << 20;  // [bytes]
 constexpr std::size_t most_columns = 1000, longest_cell = 1000;
+
+std::string content_of(const std::string& file) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream || std::filesystem::is_directory(file)) throw InputError(file + ": this file cannot be read; a CSV table is needed.");
+  // Piece by piece: a pipe tells no length.
+  std::string text;
+  std::vector<char> piece(1 << 16);
+  while (stream.read(piece.data(), static_cast<std::streamsize>(piece.size())), stream.gcount() > 0) {
+    text.append(piece.data(), static_cast<std::size_t>(stream.gcount()));
+    if (text.size() > largest_table) throw InputError(fmt::format("{}: this file is larger; a CSV table has at most {} MB.", file, largest_table >> 20));
+  }
+  return text;
+}
 
 const std::vector<std::string> si_units_of_cases = {"m", "m/s", "rad/s", "kg", "s", "1"};
 
@@ -51,11 +65,7 @@ void TextTable::refuse(std::size_t row, int column, const std::string& what) con
 }
 
 TextTable read_cells(const std::string& file) {
-  std::ifstream stream(file);
-  if (!stream || std::filesystem::is_directory(file)) throw InputError(file + ": this file cannot be read; a CSV table is needed.");
-  std::error_code problem;
-  if (std::filesystem::is_regular_file(file, problem) && std::filesystem::file_size(file, problem) > largest_table)
-    throw InputError(fmt::format("{}: this file has {:.0f} MB; a CSV table has at most {} MB.", file, static_cast<double>(std::filesystem::file_size(file, problem)) / 1e6, largest_table >> 20));
+  std::istringstream stream(content_of(file));
   TextTable table;
   table.file = file;
   std::string line;

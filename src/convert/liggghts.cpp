@@ -8,6 +8,7 @@
 #include <map>
 #include <numbers>
 #include <optional>
+#include <set>
 #include <sstream>
 #include "src/base/error.hpp"
 #include "src/convert/converted.hpp"
@@ -18,6 +19,7 @@ namespace {
 using Words = std::vector<std::string>;
 
 constexpr std::uintmax_t largest_script = 4 << 20;  // [bytes]
+constexpr std::size_t longest_line = 1 << 20;        // [bytes], with the values of variables
 constexpr int most_types = 100;
 
 std::optional<double> number_in(const std::string& word) {
@@ -28,10 +30,21 @@ std::optional<double> number_in(const std::string& word) {
   return status == std::errc() && stop == end && std::isfinite(value) ? std::optional(value) : std::nullopt;
 }
 
-std::string name_of(const std::string& word) {
-  std::string name;
-  for (const char c : word.substr(0, 60)) name += std::isalnum(static_cast<unsigned char>(c)) || c == '-' ? c : '_';
-  return name.empty() ? "_" : name;
+// As a text of TOML.
+std::string quoted(const std::string& text) {
+  std::string safe;
+  for (const char c : text) {
+    if (c == '"' || c == '\\') safe += '\\';
+    if (static_cast<unsigned char>(c) < 32 || c == 127) safe += fmt::format("\\u{:04x}", c);
+    else safe += c;
+  }
+  return "\"" + safe + "\"";
+}
+
+// A type of atoms, as a whole number that is there; none where it is out of range.
+std::optional<int> type_in(std::optional<double> told) {
+  const double type = told.value_or(1);
+  return type >= 1 && type <= most_types && type == std::floor(type) ? std::optional(static_cast<int>(type)) : std::nullopt;
 }
 
 std::string vector_of(const std::array<double, 3>& v) { return fmt::format("[{}, {}, {}]", v[0], v[1], v[2]); }
@@ -83,6 +96,16 @@ class Script {
     if (templates_.empty() && properties_.empty() && walls_.empty()) throw InputError(file_ + ": no material, particle template or wall is in it; an input script of LIGGGHTS is needed.");
   }
 
+  // A name for a case, for each word one of its own.
+  std::string name_of(const std::string& word) {
+    const auto [known, fresh] = names_.try_emplace(word);
+    if (!fresh) return known->second;
+    std::string name;
+    for (const char c : word.substr(0, 60)) name += std::isalnum(static_cast<unsigned char>(c)) || c == '-' ? c : '_';
+    while (!taken_.insert(name).second) name += fmt::format("_{}", names_.size());
+    return known->second = name;
+  }
+
   void leave_out(const std::string& why) { left_out_.push_back(fmt::format("{}:{}: {}: {}.", file_, line_, spoken_.substr(0, 100), why)); }
 
   // Variables by their values, as far as those are plain.
@@ -97,16 +120,18 @@ class Script {
         continue;
       }
       text.replace(at, to - at + (braces ? 1 : 0), known->second);
+      // A variable may hold others, twice and twice again.
+      if (text.size() > longest_line) throw InputError(fmt::format("{}:{}: with the values of its variables this line is longer than {} MB.", file_, line_, longest_line >> 20));
       at += known->second.size();
     }
     return text;
   }
 
   void take(const std::string& text, int line) {
+    line_ = line;
     std::istringstream stream(replaced(text));
     Words w{std::istream_iterator<std::string>(stream), {}};
     if (w.empty()) return;
-    line_ = line;
     spoken_ = fmt::format("{}", fmt::join(w, " "));
     const std::string& command = w[0];
     static const Words silent = {"atom_style", "atom_modify", "communicate", "newton", "neighbor", "neigh_modify", "processors", "echo", "log", "thermo", "thermo_style", "thermo_modify", "dump",
@@ -218,6 +243,7 @@ class Script {
     const auto types = pairs ? static_cast<std::size_t>(std::lround(std::sqrt(static_cast<double>(values.size())))) : values.size();
     static const Words known = {"youngsModulus", "poissonsRatio", "coefficientRestitution", "coefficientFriction", "coefficientRollingFriction"};
     if (std::find(known.begin(), known.end(), w[4]) == known.end()) return leave_out("this property has no counterpart");
+    if (pairs != w[4].starts_with("coefficient")) return leave_out(fmt::format("it is given {}", pairs ? "for pairs of types; allowed is one value for each type, peratomtype" : "for each type; allowed is one for each pair of types, peratomtypepair"));
     if (values.empty() || types > most_types || (pairs && types * types != values.size())) return leave_out(fmt::format("found {} values; allowed are as many as types, or their square", values.size()));
     types_ = std::max(types_, static_cast<int>(types));
     properties_[w[4]] = values;
@@ -225,23 +251,28 @@ class Script {
 
   void particle_template(const Words& w) {
     Template made;
-    made.type = static_cast<int>(after(w, "atom_type").value_or(after(w, "type").value_or(1)));
+    const std::optional<int> type = type_in(after(w, "atom_type") ? after(w, "atom_type") : after(w, "type"));
+    if (!type) return leave_out("its type is out of range");
+    made.type = *type;
     for (const char* word : {"density", "radius"}) {
       const std::size_t at = place(w, word);
       if (at + 2 >= w.size() || w[at + 1] != "constant" || !number_in(w[at + 2])) return leave_out(fmt::format("its {} is not `constant` and a plain number", word));
       (word[0] == 'd' ? made.density : made.radius) = *number_in(w[at + 2]);
     }
-    if (made.type < 1 || made.type > most_types) return leave_out("its type is out of range");
     types_ = std::max(types_, made.type);
-    templates_[w[1]] = made;
-    order_.push_back(w[1]);
+    if (templates_.insert_or_assign(w[1], made).second) order_.push_back(w[1]);
   }
 
   void distribution(const Words& w) {
     const auto count = after(w, w[3]) && w.size() > 5 ? number_in(w[5]) : std::nullopt;
     std::vector<std::pair<std::string, double>> parts;
-    for (std::size_t k = 6; k + 1 < w.size() && number_in(w[k + 1]); k += 2) parts.emplace_back(w[k], *number_in(w[k + 1]));
-    if (!count || parts.empty() || static_cast<double>(parts.size()) != *count) return leave_out("its templates and fractions cannot be told");
+    double told = 0;
+    for (std::size_t k = 6; k + 1 < w.size() && number_in(w[k + 1]); k += 2, ++told) {
+      const auto same = std::find_if(parts.begin(), parts.end(), [&](const auto& part) { return part.first == w[k]; });
+      if (same != parts.end()) same->second += *number_in(w[k + 1]);
+      else parts.emplace_back(w[k], *number_in(w[k + 1]));
+    }
+    if (!count || parts.empty() || told != *count) return leave_out("its templates and fractions cannot be told");
     by_number_[w[1]] = w[3].ends_with("numberbased");
     distributions_[w[1]] = parts;
   }
@@ -263,8 +294,7 @@ class Script {
     else if (mass) amount = "mass";
     else if (number) amount = "count";
     else return leave_out("how much comes is not told by a plain number");
-    inserts_[w[1]] = {w[from + 1], keys, amount, solids ? *solids : mass ? *mass : *number};
-    insert_order_.push_back(w[1]);
+    if (inserts_.insert_or_assign(w[1], Insert{w[from + 1], keys, amount, solids ? *solids : mass ? *mass : *number}).second) insert_order_.push_back(w[1]);
   }
 
   void mesh(const Words& w) {
@@ -273,15 +303,24 @@ class Script {
     if (std::filesystem::path(w[file + 1]).extension() != ".stl" && std::filesystem::path(w[file + 1]).extension() != ".STL") return leave_out("meshes are STL files");
     for (const char* word : {"move", "rotate", "temperature", "wear", "stress"})
       if (place(w, word, file + 2) < w.size()) leave_out(fmt::format("`{}` of a mesh is not converted", word));
+    const std::optional<int> type = type_in(after(w, "type"));
+    if (!type) return leave_out("its type is out of range");
     meshes_.push_back(w[file + 1]);
     WallInput wall;
     wall.mesh = w[1];
-    wall.type = static_cast<int>(after(w, "type").value_or(1));
-    wall.keys = fmt::format("type = \"mesh\"\nfile = \"{}\"\n", std::filesystem::path(w[file + 1]).filename().string());
+    wall.type = *type;
+    wall.keys = fmt::format("type = \"mesh\"\nfile = {}\n", quoted(std::filesystem::path(w[file + 1]).filename().string()));
     if (const auto scale = after(w, "scale")) wall.keys += fmt::format("scale = {}\n", *scale);
     wall.keys += "open = true  # a closed one may be so too\n";
-    types_ = std::clamp(std::max(types_, wall.type), 1, most_types);
-    walls_.emplace_back(name_of(w[1]), wall);
+    types_ = std::max(types_, wall.type);
+    put(w[1], wall);
+  }
+
+  // A later fix of one name takes the place of the one before.
+  void put(const std::string& id, const WallInput& wall) {
+    const auto [known, fresh] = wall_places_.emplace(id, walls_.size());
+    if (fresh) walls_.emplace_back(name_of(id), wall);
+    else walls_[known->second].second = wall;
   }
 
   void motion(const Words& w) {
@@ -315,14 +354,16 @@ class Script {
       return;
     }
     const std::size_t at = place(w, "primitive", 4);
-    const auto type = after(w, "type", at);
-    if (at == w.size() || !type || at + 4 > w.size()) return leave_out("allowed are mesh and primitive walls");
+    const auto told = after(w, "type", at);
+    const std::optional<int> type = type_in(told);
+    if (told && !type) return leave_out("its type is out of range");
+    if (at == w.size() || !told || at + 4 > w.size()) return leave_out("allowed are mesh and primitive walls");
     const std::size_t form_at = place(w, "type", at) + 2;
     if (form_at >= w.size() || w[form_at].empty()) return leave_out("its form is not told");
     const std::string& form = w[form_at];
     const std::size_t axis = static_cast<std::size_t>(form[0] - 'x');
     WallInput wall;
-    wall.type = static_cast<int>(std::clamp(*type, 1.0, double{most_types}));
+    wall.type = *type;
     std::array<double, 3> along{}, point{};
     if (axis > 2) return leave_out("allowed are planes and cylinders along x, y, z");
     along[axis] = 1;
@@ -340,7 +381,7 @@ class Script {
       return leave_out("allowed are planes and cylinders along x, y, z");
     }
     types_ = std::max(types_, wall.type);
-    walls_.emplace_back(name_of(w[1]), wall);
+    put(w[1], wall);
   }
 
   void gravity(const Words& w) {
@@ -423,7 +464,7 @@ class Script {
       const bool by_number = by_number_.at(insert.distribution);
       const double mass_share = (by_number ? share * mass_of(part) : share) / masses, number_share = (by_number ? share : share / mass_of(part)) / numbers;
       if (!(mass_share > 0 && number_share > 0)) continue;
-      text += fmt::format("\n[insert.{}_{}]\nspecies = \"{}\"\nmethod = \"rain\"\n", name_of(name), name_of(part), name_of(part));
+      text += fmt::format("\n[insert.{}]\nspecies = \"{}\"\nmethod = \"rain\"\n", name_of(name + " " + part), name_of(part));
       if (insert.amount == "count") text += fmt::format("count = {}\n", std::max<std::int64_t>(1, std::llround(std::min(insert.value * number_share, 2e9))));
       else if (insert.amount == "mass") text += fmt::format("mass = {}\n", insert.value * mass_share);
       else text += fmt::format("filling = {}\n", insert.value / 0.6 * mass_share);
@@ -442,7 +483,8 @@ class Script {
   double steps_ = 0;
   std::optional<double> time_step_;
   std::optional<std::array<double, 3>> gravity_;
-  std::map<std::string, std::string> variables_, moved_;
+  std::map<std::string, std::string> variables_, moved_, names_;
+  std::set<std::string> taken_;
   std::map<std::string, std::vector<double>> properties_;
   std::map<std::string, Template> templates_;
   std::map<std::string, std::vector<std::pair<std::string, double>>> distributions_;
@@ -450,6 +492,7 @@ class Script {
   std::map<std::string, Region> regions_;
   std::map<std::string, Insert> inserts_;
   std::vector<std::pair<std::string, WallInput>> walls_;
+  std::map<std::string, std::size_t> wall_places_;
   Words order_, insert_order_, meshes_, used_, left_out_;
 };
 

@@ -8,6 +8,7 @@
 #include "src/diagnose/report_words.hpp"
 #include "src/diagnose/shown.hpp"
 #include "src/output/axis_scale.hpp"
+#include "src/output/page.hpp"
 #include "src/output/pictures.hpp"
 #include "src/output/svg_chart.hpp"
 
@@ -39,9 +40,7 @@ class Page {
 
   std::string html() const {
     const std::string title = experiment_.base().has("title") ? experiment_.base().text("title") : experiment_.base().text("name");
-    return fmt::format("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n<title>{0}</title>\n"
-                       "<style>{1}:root{{--accent:{2}}}</style></head><body>\n<h1>{0}</h1>\n{3}{4}{5}{6}{7}{8}{9}</body></html>\n",
-                       e(title), style, accent_of(d_.verdict), verdict(), where(), what(), rivals(), better(), detectable(), method());
+    return page_of(title, look_for(d_.verdict), fmt::format("<h1>{}</h1>\n", e(title)) + verdict() + where() + what() + rivals() + better() + detectable() + method(), false);
   }
 
   const std::vector<RunChart>& runs() const { return runs_; }
@@ -114,7 +113,7 @@ class Page {
                           runs_.front().run.empty() ? "" : "; in the middle, what it adds, through the residuals before");
     text += fmt::format("<div class=\"runs{}\">\n", runs_.size() == 1 ? " one" : "");
     for (const RunChart& run : runs_)
-      text += fmt::format("<figure><figcaption><b>{}</b>, {}{}</figcaption>{}</figure>\n", run.run.empty() ? "All runs" : "Run " + e(run.run), e(run.why), run.cut.empty() ? "" : ". " + e(run.cut), svg_of(run.chart));
+      text += captioned_figure_of(run.chart, fmt::format("<b>{}</b>, {}{}", run.run.empty() ? "All runs" : "Run " + e(run.run), e(run.why), run.cut.empty() ? "" : ". " + e(run.cut)));
     return text + "</div>\n";
   }
 
@@ -138,7 +137,7 @@ class Page {
       text += "<h2>What</h2>\n";
       if (const std::optional<Chart> curve = learnt_force(d_)) {
         text += paragraph(fmt::format("The force that is missing, learnt from the recordings: {}. It is a description, not an explanation; <code>amended.toml</code> carries it as a tabulated force.", e(d_.signature)));
-        text += fmt::format("<div class=\"runs one\"><figure><figcaption><b>Learnt force</b> and its 95 % band, straight between the points, level beyond</figcaption>{}</figure></div>\n", svg_of(*curve));
+        text += "<div class=\"runs one\">" + captioned_figure_of(*curve, "<b>Learnt force</b> and its 95 % band, straight between the points, level beyond") + "</div>\n";
       } else {
         text += paragraph("No single force as a function of the state that was tried does better than the calibrated case.");
       }

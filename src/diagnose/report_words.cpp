@@ -9,8 +9,9 @@
 
 namespace quern::page {
 
+namespace {
+
 const char* const style = R"(
-:root{--accent:#0072b2}
 *{box-sizing:border-box}
 body{font:16px/1.5 system-ui,-apple-system,"Segoe UI",Roboto,"DejaVu Sans",sans-serif;color:#222226;background:#fff;max-width:62rem;margin:0 auto;padding:1rem 1.1rem 3rem}
 h1{font-size:1.05rem;font-weight:600;color:#63636a;margin:.2rem 0 .8rem}
@@ -41,6 +42,19 @@ code{font-family:ui-monospace,"DejaVu Sans Mono",monospace;font-size:.88em}
 @media(max-width:30rem){td,th{padding-right:.5rem}table{font-size:.85rem}}
 @media print{body{font-size:10.5pt;max-width:none;padding:0}.runs{grid-template-columns:1fr 1fr}h2{break-after:avoid}table{break-inside:avoid}.verdict{background:none}tr.chosen td{background:none}}
 )";
+
+const char* accent_of(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::nothing_missing: return "#009e73";
+    case Verdict::parameters_only: return "#0072b2";
+    case Verdict::omitted_physics: return "#d55e00";
+    case Verdict::unexplained: return "#cc79a7";
+    case Verdict::insufficient_data: break;
+  }
+  return "#56565c";
+}
+
+}  // namespace
 
 std::string e(std::string_view text) { return escaped_html(text); }
 std::string code(std::string_view text) {
@@ -121,15 +135,6 @@ std::string sentence(const Finding& d) {
   return fmt::format("{} {} missing from the case.", capital(joined(d.effects)), d.effects.size() > 1 ? "are" : "is");
 }
 
-const char* accent_of(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::nothing_missing: return "#009e73";
-    case Verdict::parameters_only: return "#0072b2";
-    case Verdict::omitted_physics: return "#d55e00";
-    case Verdict::unexplained: return "#cc79a7";
-    case Verdict::insufficient_data: break;
-  }
-  return "#56565c";
-}
+std::string look_for(Verdict verdict) { return fmt::format("{}:root{{--accent:{}}}", style, accent_of(verdict)); }
 
 }  // namespace quern::page

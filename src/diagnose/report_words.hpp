@@ -7,8 +7,6 @@
 
 namespace quern::page {
 
-extern const char* const style;  // of the whole page, less the accent colour
-
 std::string e(std::string_view text);            // stands in HTML as it is
 std::string code(std::string_view text);         // HTML; may be broken after a dot or a dash below
 std::string paragraph(const std::string& html);
@@ -23,7 +21,7 @@ std::string ratio(double x);
 bool of_instrument(const std::vector<std::string>& effects);
 
 std::string sentence(const Finding& finding);    // the verdict, as it is said first
-const char* accent_of(Verdict verdict);          // the colour that goes with it
+std::string look_for(Verdict verdict);           // CSS of the whole page, in the colour that goes with it
 
 // A number and its interval with as many digits as the interval deserves.
 struct Spoken {

@@ -8,7 +8,7 @@ namespace quern {
 namespace {
 
 constexpr std::uint8_t wall_species = 255;
-constexpr double least_energy = 1e-15;  // [J]; below, all is one bin
+constexpr double least_energy = 1e-15, most_energy = 1e30;  // [J]; below and above, all is one bin
 
 }  // namespace
 
@@ -64,7 +64,7 @@ void Captures::take(const Collision& c, CaptureSums& sums) {
     release.normal_loss = release.tangential_loss = 0;
   }
   if (other) {
-    const int bin = static_cast<int>(std::floor(std::log10(std::max(both.loss(), least_energy)) * bins_per_decade));
+    const int bin = static_cast<int>(std::floor(std::log10(std::clamp(both.loss(), least_energy, most_energy)) * bins_per_decade));
     const auto [low, high] = std::minmax(now.species, other->species);
     sums.kinds[{low, high, kind[static_cast<std::size_t>(particle)]}][bin].add(both);
     now.normal_loss = now.tangential_loss = 0;

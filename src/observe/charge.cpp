@@ -114,6 +114,12 @@ ChargeSums Charge::empty_sums() const {
   return s;
 }
 
+bool Charge::fits(const ChargeSums& sums) const {
+  const ChargeSums empty = empty_sums();
+  return sums.volume.size() == empty.volume.size() && sums.flow_ahead.size() == empty.flow_ahead.size() && sums.flow_up.size() == empty.flow_up.size() && sums.layer.size() == empty.layer.size() &&
+         sums.leaving.size() == empty.leaving.size() && sums.impacts.size() == empty.impacts.size();
+}
+
 void Charge::begin(const Simulation& simulation, const ObserverSettings& settings, const Seat& seat) {
   const MillAxis mill = charge_axis(settings);
   const Particles& p = simulation.particles;
@@ -259,8 +265,8 @@ void Charge::take_impacts(const Simulation& simulation, const Seat& seat, Charge
   for (const Collision& c : simulation.ended_collisions()) {
     const Vec3 place = seat.seen(vec(c.place));
     const double r = view.radius(place), energy = impact_energy(c);
-    if (r < layer_from || r > grid.radius + mean_diameter || energy <= impact_lowest) continue;
-    const int bin = std::min(impact_bins - 1, static_cast<int>(std::log10(energy / impact_lowest) * impact_bins_per_decade));
+    if (!(r >= layer_from && r <= grid.radius + mean_diameter && energy > impact_lowest)) continue;
+    const int bin = static_cast<int>(std::min(impact_bins - 1.0, std::log10(energy / impact_lowest) * impact_bins_per_decade));
     const double angle = view.angle(place) * degree;
     ImpactBin& to = sums.impacts[static_cast<std::size_t>(bin)];
     to.energy += energy;

@@ -92,6 +92,8 @@ struct Charge {
   // Samples the particles when a sample is due, and takes this step's collisions.
   void see(const Simulation& simulation, const ObserverSettings& settings);
 
+  // Whether these sums have the lengths that the grid asks for.
+  bool fits(const ChargeSums& sums) const;
   // The shape seen in some sums.
   ChargeShape shape(const ChargeSums& sums) const;
   // Mean velocity (ahead, up) and solid fraction at a place of the cross-section, linear between cells.

@@ -20,6 +20,7 @@ struct Instrument {
 
   double scaled(double u) const { return offset + gain * u + curvature * u * u; }
   double cut(double y) const { return std::clamp(y, -saturation, saturation); }
+  bool operator==(const Instrument&) const = default;
 };
 
 // What a case says of its instruments: by channel ("z", "force") or by quantity ("position", "velocity", "spin"), the channel's own first.

@@ -12,6 +12,7 @@ class ShownReading {
   ShownReading(BodyReading reading, int axis, const Instrument& instrument) : reading_(reading), axis_(axis), instrument_(instrument) {}
 
   double shift() const { return instrument_.shift; }
+  bool same_kind(const ShownReading& other) const { return reading_ == other.reading_ && axis_ == other.axis_ && instrument_ == other.instrument_; }
   // The lag rests on what is read at `start`, the first instant that is looked at, if that lies before the first state; else on that state.
   void begin(const BodyState& first, double start);
   // Of an instant before the first state, or at it.

@@ -29,11 +29,15 @@ constexpr std::array channels = {
 // The last two are told by a wall.
 std::size_t count_of(int wall) { return wall < 0 ? channels.size() - 2 : channels.size(); }
 
+ShownReading shown_by(const Channel& channel, const InstrumentSettings& instruments) {
+  return {channel.reading, channel.axis, instruments.of(channel.name, channel.quantity)};
+}
+
 }  // namespace
 
 void Signal::begin(const Simulation& s, const InstrumentSettings& instruments) {
   wall = nearest_wall(s);
-  for (std::size_t k = 0; k < count_of(wall); ++k) shown.emplace_back(channels[k].reading, channels[k].axis, instruments.of(channels[k].name, channels[k].quantity));
+  for (std::size_t k = 0; k < count_of(wall); ++k) shown.push_back(shown_by(channels[k], instruments));
   values.resize(shown.size());
 }
 
@@ -66,6 +70,14 @@ void Signal::see(const Simulation& s, const ObserverSettings& settings) {
   }
   while (times.size() < rows) times.push_back(interval > 0 ? interval * static_cast<double>(times.size()) : now.time + settings.signal->clock_shift);
   last = now;
+}
+
+bool Signal::sound(const Simulation& s, const ObserverSettings& settings) const {
+  if (!last) return wall == -1 && shown.empty() && times.empty() && values.empty();
+  if (wall < -1 || wall >= static_cast<int>(s.walls.size()) || shown.size() != count_of(wall) || values.size() != shown.size()) return false;
+  for (std::size_t k = 0; k < shown.size(); ++k)
+    if (values[k].size() < times.size() || !shown[k].same_kind(shown_by(channels[k], *settings.signal))) return false;
+  return true;
 }
 
 std::vector<Table> Signal::tables() const {

@@ -17,6 +17,8 @@ struct Signal {
 
   void see(const Simulation& simulation, const ObserverSettings& settings);
   std::vector<Table> tables() const;
+  // Whether what a checkpoint held fits the case.
+  bool sound(const Simulation& simulation, const ObserverSettings& settings) const;
 
   template <class Archive>
   void archive(Archive& a) {

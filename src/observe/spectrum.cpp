@@ -65,7 +65,7 @@ int CollisionSpectrum::bins() const { return static_cast<int>(std::lround(std::l
 
 int CollisionSpectrum::bin_of(double energy) const {
   if (!(energy > lowest)) return 0;
-  return std::min(bins() - 1, static_cast<int>(std::log10(energy / lowest) * bins_per_decade));
+  return static_cast<int>(std::min(bins() - 1.0, std::log10(energy / lowest) * bins_per_decade));
 }
 
 double CollisionSpectrum::edge(int bin) const { return lowest * std::pow(10.0, static_cast<double>(bin) / bins_per_decade); }

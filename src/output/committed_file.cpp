@@ -58,8 +58,20 @@ bool write_at(int file, std::uint64_t at, const char* from, std::size_t count) {
 bool make(int file, std::vector<Change>& changes, std::uint64_t end) {
   std::sort(changes.begin(), changes.end(), [](const Change& a, const Change& b) { return a.at < b.at; });
   for (const Change& change : changes)
-    if (!write_at(file, change.at, change.bytes.data(), change.bytes.size())) return false;
+    if (change.at < end && !write_at(file, change.at, change.bytes.data(), std::min<std::uint64_t>(change.bytes.size(), end - change.at))) return false;
   return ftruncate(file, static_cast<off_t>(end)) == 0 || refused();
+}
+
+// False where it is none, or of a longer file: one has its full length before a journal is written.
+bool read_journal(const std::string& bytes, int file, std::uint64_t& end, std::vector<Change>& changes) {
+  try {
+    ArchiveReader archive(bytes);
+    archive(end, changes);
+  } catch (const UnfitData&) {
+    return false;
+  }
+  struct stat now {};
+  return fstat(file, &now) == 0 && end <= static_cast<std::uint64_t>(now.st_size);
 }
 
 // HDF5's handle of an open file.
@@ -265,9 +277,11 @@ void recover(const std::string& path) {
     if (checksum_of(bytes) == checksum) {
       std::uint64_t end = 0;
       std::vector<Change> changes;
-      ArchiveReader archive(bytes);
-      archive(end, changes);
       const int file = open(path.c_str(), O_RDWR | O_CLOEXEC);
+      if (file >= 0 && !read_journal(bytes, file, end, changes)) {
+        close(file);
+        throw InputError("The file " + journal_of(path) + " is not the journal of " + path + "; delete it, and what is missing there is lost.");
+      }
       const bool good = file >= 0 ? make(file, changes, end) : refused();
       if (file >= 0) close(file);
       if (!good) throw WriteError("The file " + path + " cannot be written: " + std::strerror(system_error) + ".");

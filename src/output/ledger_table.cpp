@@ -1,4 +1,5 @@
 #include "src/output/ledger_table.hpp"
+#include <algorithm>
 
 namespace quern {
 namespace {
@@ -29,6 +30,12 @@ Table empty_ledger_table() {
   Table table{"energy", "the energy ledger against time", {{"time", "s", "simulated time", {}, {}}}};
   for (const Entry& entry : entries) table.columns.push_back({entry.name, "J", entry.description, {}, {}});
   return table;
+}
+
+bool same_columns(const Table& table, const Table& other) {
+  return std::equal(table.columns.begin(), table.columns.end(), other.columns.begin(), other.columns.end(), [&](const Column& a, const Column& b) {
+    return a.name == b.name && a.labels.empty() && a.values.size() == table.columns.front().values.size();
+  });
 }
 
 void append_row(Table& table, double time, const Ledger& ledger) {

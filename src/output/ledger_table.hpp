@@ -8,6 +8,9 @@ namespace quern {
 // Table `energy` without rows: time [s] and every entry of the ledger [J].
 Table empty_ledger_table();
 
+// Whether a table has the columns of another, each of one length.
+bool same_columns(const Table& table, const Table& other);
+
 // Adds a row. `time` [s].
 void append_row(Table& table, double time, const Ledger& ledger);
 

@@ -29,18 +29,6 @@ p{margin:.5rem 0;max-width:46rem}
 figure{margin:0;min-width:0;break-inside:avoid}
 figcaption{font-weight:600;font-size:1rem;color:#222226;margin-bottom:.3rem}
 svg,img{width:100%;height:auto;display:block;font-family:inherit}
-figure.drawn>.still{display:none}
-.live>div{position:relative;margin-bottom:.6rem}
-.legend{display:flex;flex-wrap:wrap;gap:0 1.1rem;font-size:.85rem;min-height:1.5rem;padding-left:3.6rem;font-variant-numeric:tabular-nums}
-.legend button{all:unset;cursor:pointer;box-sizing:border-box}
-.legend button:focus-visible{outline:2px solid #0072b2}
-.legend [hidden]{display:none}
-.legend .off{opacity:.35}
-.legend i{display:inline-block;width:.8rem;height:.8rem;border-radius:.15rem;vertical-align:-.05rem;margin-right:.3rem}
-.legend b{font-weight:600}
-.legend .x{color:#55555c}
-.whole{position:absolute;top:.9rem;right:1.2rem;z-index:110}
-button,select{font:inherit;font-size:.85rem;padding:.15rem .6rem;border:1px solid #b9b9c0;border-radius:.3rem;background:#fff;color:inherit;cursor:pointer}
 .stage{height:min(34rem,70vh);width:100%;border:1px solid #e2e2e5;border-radius:.3rem;overflow:hidden;touch-action:pan-y}
 .stage>div,.stage canvas{width:100%;height:100%;display:block}
 .row{display:flex;flex-wrap:wrap;gap:.4rem .9rem;align-items:center;margin-top:.5rem;font-size:.9rem}
@@ -66,9 +54,27 @@ summary{cursor:pointer}
 ul.files{columns:18rem;padding-left:1.2rem}
 .dial{max-width:31rem}
 a{color:#00569b}
-@media(max-width:30rem){.cards{grid-template-columns:1fr 1fr}.cards b{font-size:1rem}td,th{padding-right:.5rem}table{font-size:.85rem}.legend{padding-left:0}.stage{height:60vh}h1{font-size:1.25rem}}
-@media print{body{font-size:10pt;max-width:none;padding:0}.live,.stage,.controls,.screen{display:none!important}figure.drawn>.still{display:block}h2{break-after:avoid}
+@media(max-width:30rem){.cards{grid-template-columns:1fr 1fr}.cards b{font-size:1rem}td,th{padding-right:.5rem}table{font-size:.85rem}.stage{height:60vh}h1{font-size:1.25rem}}
+@media print{body{font-size:10pt;max-width:none;padding:0}.stage,.controls,.screen{display:none!important}h2{break-after:avoid}
 .plots{grid-template-columns:1fr 1fr}.cards div{border:1px solid #d0d0d5}tr{break-inside:avoid}.charge3d .still{max-width:14cm}pre{font-size:7.5pt}}
+)";
+
+// Of plots that zoom; in print those stand still.
+const char* const plot_style = R"(
+button,select{font:inherit;font-size:.85rem;padding:.15rem .6rem;border:1px solid #b9b9c0;border-radius:.3rem;background:#fff;color:inherit;cursor:pointer}
+figure.drawn>.still{display:none}
+.live>div{position:relative;margin-bottom:.6rem}
+.legend{display:flex;flex-wrap:wrap;gap:0 1.1rem;font-size:.85rem;min-height:1.5rem;padding-left:3.6rem;font-variant-numeric:tabular-nums}
+.legend button{all:unset;cursor:pointer;box-sizing:border-box}
+.legend button:focus-visible{outline:2px solid #0072b2}
+.legend [hidden]{display:none}
+.legend .off{opacity:.35}
+.legend i{display:inline-block;width:.8rem;height:.8rem;border-radius:.15rem;vertical-align:-.05rem;margin-right:.3rem}
+.legend b{font-weight:600}
+.legend .x{color:#55555c}
+.whole{position:absolute;top:.9rem;right:1.2rem;z-index:110}
+@media(max-width:30rem){.legend{padding-left:0}}
+@media print{.live{display:none!important}figure.drawn>.still{display:block}}
 )";
 
 // No text may end the script that it stands in.
@@ -155,19 +161,23 @@ bool needs_power(double value) { return value != 0 && (std::abs(value) < 1e-3 ||
 
 }  // namespace
 
-std::string whole_page(const std::string& title, const std::string& body, bool charge) {
+std::string page_of(const std::string& title, const std::string& look, const std::string& body, bool charge) {
   std::string page = fmt::format("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n"
-                                 "<link rel=\"icon\" href=\"data:,\"><title>{}</title>\n<style>{}</style></head><body>\n", escaped_html(title), style);
+                                 "<link rel=\"icon\" href=\"data:,\"><title>{}</title>\n<style>{}{}</style></head><body>\n", escaped_html(title), plot_style, look);
   page += body;
   for (const std::string_view script : {plots_script(), charge ? charge_script() : std::string_view()})
     if (!script.empty()) page.append("<script>").append(script).append("</script>\n");
   return page + "</body></html>\n";
 }
 
+std::string whole_page(const std::string& title, const std::string& body, bool charge) { return page_of(title, style, body, charge); }
+
 std::string data_of(const char* kind, const std::string& text) { return fmt::format("<script type=\"text/plain\" class=\"{}\">{}</script>", kind, within_script(text)); }
 
-std::string figure_of(const Chart& chart, const std::string& title) {
-  return fmt::format("<figure class=\"chart\">{}<div class=\"still\">{}</div>{}</figure>\n", title.empty() ? "" : fmt::format("<figcaption>{}</figcaption>", escaped_html(title)), svg_of(chart),
+std::string figure_of(const Chart& chart, const std::string& title) { return captioned_figure_of(chart, escaped_html(title)); }
+
+std::string captioned_figure_of(const Chart& chart, const std::string& caption) {
+  return fmt::format("<figure class=\"chart\">{}<div class=\"still\">{}</div>{}</figure>\n", caption.empty() ? "" : fmt::format("<figcaption>{}</figcaption>", caption), svg_of(chart),
                      plots_script().empty() ? "" : data_of("chart", json_of(chart).dump()));
 }
 

@@ -11,9 +11,12 @@ namespace quern {
 
 // A page of some HTML. `charge`: with the script for the charge in 3-D.
 std::string whole_page(const std::string& title, const std::string& body, bool charge);
+// One with a look (CSS) of its own.
+std::string page_of(const std::string& title, const std::string& look, const std::string& body, bool charge);
 
 // A chart that stands still, and its numbers, from which the page's script makes one that zooms. `title`: above it; empty: none.
 std::string figure_of(const Chart& chart, const std::string& title);
+std::string captioned_figure_of(const Chart& chart, const std::string& caption);  // HTML
 
 // JSON (or packed numbers) that the page's script finds by a class.
 std::string data_of(const char* kind, const std::string& text);

@@ -394,16 +394,21 @@ ResultsFile ResultsFile::go_on(const std::string& path, const std::string& case_
   f.frames = frames;
   f.particles = particles;
   // Nothing above has changed the file; from here on what was written after the checkpoint is dropped.
-  f.attempt([&] {
-    const std::vector<hsize_t> rows{frames}, all{frames, particles}, vectors{frames, particles, 3}, each{particles};
-    for (const Handle* set : {&f.frame_step, &f.frame_time}) must(H5Dset_extent(*set, rows.data()));
-    for (const Handle* set : {&f.position, &f.velocity, &f.spin}) must(H5Dset_extent(*set, vectors.data()));
-    for (const Handle* set : {&f.radius, &f.mass, &f.species, &f.material}) must(H5Dset_extent(*set, each.data()));
-    must(H5Dset_extent(f.id, all.data()));
-    must(H5Ldelete(f.file, "observables", H5P_DEFAULT));
-    group(f.file, "observables");
-    f.flush();
-  });
+  try {
+    f.attempt([&] {
+      const std::vector<hsize_t> rows{frames}, all{frames, particles}, vectors{frames, particles, 3}, each{particles};
+      for (const Handle* set : {&f.frame_step, &f.frame_time}) must(H5Dset_extent(*set, rows.data()));
+      for (const Handle* set : {&f.position, &f.velocity, &f.spin}) must(H5Dset_extent(*set, vectors.data()));
+      for (const Handle* set : {&f.radius, &f.mass, &f.species, &f.material}) must(H5Dset_extent(*set, each.data()));
+      must(H5Dset_extent(f.id, all.data()));
+      must(H5Ldelete(f.file, "observables", H5P_DEFAULT));
+      group(f.file, "observables");
+      f.flush();
+    });
+  } catch (const WriteError&) {
+    if (last_system_error() != 0) throw;
+    throw refuse("is damaged");  // nothing hindered the writing
+  }
   return results;
 }
 

@@ -16,6 +16,7 @@
 #include "src/observe/angles.hpp"
 #include "src/observe/observers.hpp"
 #include "src/observe/seat.hpp"
+#include "src/observe/soundness.hpp"
 #include "src/output/claim.hpp"
 #include "src/output/health.hpp"
 #include "src/output/ledger_table.hpp"
@@ -65,6 +66,7 @@ class Writer {
   void archive(Archive& a) {
     std::uint64_t frames = results_ ? results_->frames() : 0, particles = results_ ? results_->particles() : 0;
     a(energy_, last_frame_, frames, particles);
+    if (!same_columns(energy_, empty_ledger_table())) throw UnfitData("its ledger has other columns");
     if (frames_) a(*frames_);
     if (!results_)
       results_ = std::make_unique<ResultsFile>(ResultsFile::reopen(path("results.h5"), settings_.case_text, frames, particles));
@@ -254,6 +256,7 @@ RunSummary run_simulation(Simulation& s, Observers& observers, const OutputSetti
     try {
       archive_run(reader);
       if (!reader.at_end()) throw UnfitData("there is more of it than that");
+      if (!sound(observers, s)) throw UnfitData("what was observed does not fit it");
     } catch (const UnfitData& error) {
       throw InputError(fmt::format("{} does not hold a state of this case: {}; run without --resume to begin anew.", checkpoint_path, error.what()));
     }

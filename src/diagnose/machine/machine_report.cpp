@@ -5,8 +5,8 @@
 #include "src/diagnose/catalogue.hpp"
 #include "src/diagnose/machine/machine_written.hpp"
 #include "src/diagnose/report_words.hpp"
+#include "src/output/page.hpp"
 #include "src/output/pictures.hpp"
-#include "src/output/svg_chart.hpp"
 
 namespace quern {
 namespace {
@@ -128,13 +128,12 @@ std::vector<std::string> write_machine_report(const MachineExperiment& experimen
   if (!d.residuals.empty())
     for (std::size_t c = 0; c < experiment.channels().size(); ++c) {
       const Chart chart = chart_of(experiment, d, c, both);
-      charts += fmt::format("<figure>{}</figure>\n", svg_of(chart));
+      charts += captioned_figure_of(chart, "");
       picture.panels.push_back(chart.panels.front());
     }
-  const std::string html = fmt::format("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n<title>{0}</title>\n"
-                                       "<style>{1}:root{{--accent:{2}}}</style></head><body>\n<h1>{0}</h1>\n{3}<h2>Where</h2>\n{4}<div class=\"runs\">\n{5}</div>\n{6}{7}{8}{9}</body></html>\n",
-                                       e(title), style, accent_of(d.verdict), verdict_of(experiment, d, both), where_of(d), charts, parameters_of(d), rivals_of(d), detectable_of(d), method_of(experiment, d));
-  write_whole_file(directory + "/report.html", html);
+  const std::string body = fmt::format("<h1>{}</h1>\n{}<h2>Where</h2>\n{}<div class=\"runs\">\n{}</div>\n{}{}{}{}", e(title), verdict_of(experiment, d, both), where_of(d), charts, parameters_of(d), rivals_of(d), detectable_of(d),
+                                       method_of(experiment, d));
+  write_whole_file(directory + "/report.html", page_of(title, look_for(d.verdict), body, false));
   if (picture.panels.empty()) return {};
   PictureRequest request;
   request.directory = directory;
