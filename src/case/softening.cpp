@@ -89,7 +89,8 @@ void add_departures(SoftReport& report, const std::string& as_is, const std::str
   const std::map<int, LastSeen> before = last_seen(as_is), after = last_seen(softer);
   double fastest = 0;
   for (const auto& [id, seen] : before) fastest = std::max(fastest, seen.speed);
-  for (const auto& [id, seen] : before) {
+  for (const auto& [particle, seen] : before) {
+    const auto id = particle;  // lambdas take no bindings in clang 14
     if (after.count(id) == 0) continue;
     const LastSeen& other = after.at(id);
     const auto add = [&](const char* name, const char* unit, double a, double b, double nothing, const char* description) {
