@@ -76,4 +76,7 @@ TEST_CASE("the Poisson interval is Garwood's") {
   CHECK(poisson_interval(0)[1] == Approx(3.6889).epsilon(1e-4));
   CHECK(poisson_interval(10)[0] == Approx(4.7954).epsilon(1e-4));
   CHECK(poisson_interval(10)[1] == Approx(18.3904).epsilon(1e-4));
+  // What is used for very many goes on from what is used below.
+  for (const int side : {0, 1}) CHECK(poisson_interval(1e6)[static_cast<std::size_t>(side)] - 1e6 == Approx(poisson_interval(1e6 - 1e-3)[static_cast<std::size_t>(side)] - 1e6).margin(0.01));
+  CHECK(poisson_interval(1e-310)[0] == 0);
 }
