@@ -8,6 +8,7 @@
 #include "src/base/random.hpp"
 #include "src/case/case.hpp"
 #include "src/case/csv.hpp"
+#include "tests/bounces.hpp"
 #include "tests/folder.hpp"
 
 using namespace quern;
@@ -128,13 +129,7 @@ free = ["pair.default.restitution"]
     const double drop = 0.2 + 0.05 * run;
     for (int k = 0; k < 40; ++k) {
       const double t = 0.02 * k;
-      double touch = std::sqrt(2 * drop / g), speed = g * touch, z = drop - 0.5 * g * t * t;
-      while (t > touch) {
-        speed *= 0.8;
-        z = speed * (t - touch) - 0.5 * g * (t - touch) * (t - touch);
-        touch += 2 * speed / g;
-      }
-      text += fmt::format("{},{:.9g},{:.9g},{}\n", run, t, 0.01 + z + 4e-3 * random.normal(), drop);
+      text += fmt::format("{},{:.9g},{:.9g},{}\n", run, t, 0.01 + bounce_height(drop, 0.8, t) + 4e-3 * random.normal(), drop);
     }
   }
   const Diagnosis d = diagnosis_of(bouncing, text);

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include "src/base/random.hpp"
 #include "src/diagnose/diagnosis.hpp"
+#include "tests/bounces.hpp"
 #include "tests/folder.hpp"
 
 using namespace quern;
@@ -34,16 +35,7 @@ positions = [[0, 0, 0.3]]
 initial_state = "case"
 )";
 
-// Dropped from rest at z = drop + radius: parabolas, each rebound `restitution` times as fast.
-double height(double drop, double t) {
-  double touch = std::sqrt(2 * drop / g), speed = g * touch, z = drop - 0.5 * g * t * t;
-  while (t > touch) {
-    speed *= restitution;
-    z = speed * (t - touch) - 0.5 * g * (t - touch) * (t - touch);
-    touch += 2 * speed / g;
-  }
-  return radius + z;
-}
+double height(double drop, double t) { return radius + bounce_height(drop, restitution, t); }
 
 }  // namespace
 

@@ -381,8 +381,9 @@ Case case_of(const Values& v) {
     const std::string t = "species." + name;
     const std::uint8_t material = index_of(v, t + ".material", materials, "material");
     const std::optional<Superquadric> shape = read_shape(v, t);
-    SizeDistribution sizes = shape && !has_sizes(v, t) ? SizeDistribution::mono(2 * shape->bounding_radius) : read_sizes(v, t);
-    if (shape && has_sizes(v, t))
+    const bool told = !shape || has_sizes(v, t);
+    SizeDistribution sizes = told ? read_sizes(v, t) : SizeDistribution::mono(2 * shape->bounding_radius);
+    if (shape && told)
       for (double& diameter : sizes.diameter) diameter = held_by(*shape, diameter);
     c.species.push_back({name, material, v.number_if(t + ".density").value_or(c.materials[material].density),
                          sizes, shape});

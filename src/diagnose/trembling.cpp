@@ -56,7 +56,7 @@ void Comparison::learn_trembling(const Fit& fit) {
       }
     }
     for (std::size_t s = 0; s < at.size(); ++s) recorded.series[s].rate = rates[s];
-    if (!(trembling > 0)) find_leaps(run, fit, at, seen, added);
+    if (!(trembling > 0) && recorded.find(Channel::force) != nullptr) find_leaps(run, fit, at, seen, added);
     trembling_[run] = added;
   });
 }
